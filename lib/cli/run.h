@@ -1,0 +1,31 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <functional>
+
+#include "cli/record.h"
+
+namespace vol::cli {
+
+/// What a tool is, beyond its options.
+struct ToolInfo {
+  const char* name;                 ///< "vol-dwt"
+  const char* example;              ///< one command that runs as it stands, shown by --help
+  const char* references = "";      ///< papers, shown by --help
+  bool repeats = false;             ///< offers --repeat N (the tool uses Record::repeated)
+};
+
+/// Parses the command line, runs `work`, writes the stats record, and turns every outcome into an exit status:
+/// what `work` returns (0 done, 1 the answer is no), 2 could not do it (usage, data, files), 3 a device is
+/// missing, 128 + signal when interrupted. The only place with a try/catch around a tool.
+///
+/// Adds the options every tool has: --stats --checksum --threads --repeat --config --quiet --verbose --version.
+/// Options in a CLI11 group named "Files" and the ones above are left out of the provenance.
+///
+/// A main of a tool:
+///     CLI::App app{"Orthonormal 3D wavelet transform of a scalar field."};
+///     app.add_option("input", input, "...")->required()->group("Files"); ...
+///     return cli::run(app, {.name = "vol-dwt", .example = "vol-dwt head.nrrd -o c.vdb"}, argc, argv,
+///                     [&](cli::Record& record) { ...; return 0; });
+int run(CLI::App& app, const ToolInfo& tool, int argc, char** argv, const std::function<int(Record&)>& work);
+
+}  // namespace vol::cli

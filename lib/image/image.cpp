@@ -1,0 +1,23 @@
+#include "image/image.h"
+
+#include "base/error.h"
+
+namespace vol::image {
+
+Image::Image(int w, int h, std::vector<std::string> names) : width(w), height(h), channels(std::move(names)) {
+  constexpr int kLargestSide = 65536;
+  if (w < 1 || h < 1 || w > kLargestSide || h > kLargestSide) {
+    throw Error("image size " + std::to_string(w) + "x" + std::to_string(h) + " is outside 1 to 65536 pixels a side");
+  }
+  if (channels.empty()) throw Error("image without channels");
+  pixels.assign(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * channels.size(), 0.0f);
+}
+
+std::optional<int> Image::channel(std::string_view name) const {
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    if (channels[c] == name) return static_cast<int>(c);
+  }
+  return std::nullopt;
+}
+
+}  // namespace vol::image

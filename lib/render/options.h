@@ -1,0 +1,59 @@
+#pragma once
+#include <optional>
+
+#include "base/vec.h"
+#include "camera/camera.h"
+#include "transfer/transfer_function.h"
+#include "volume/field_sampler.h"
+
+namespace vol::render {
+
+/// composite: emission-absorption after Max 1995, I = integral of c sigma_t T ds, T = exp(-integral sigma_t).
+/// xray: integral of f, in value times world length. mip: the largest f met.
+enum class Model { composite, xray, mip };
+
+/// rectangle: a segment's left node, order 1. trapezoid: both nodes, extinction and colour linear between them,
+/// order 2. preintegrated: both nodes, the field linear between them, order 2. reference: adaptive per cell to a
+/// tolerance, which is the truth that errors are measured against.
+enum class Quadrature { rectangle, trapezoid, preintegrated, reference };
+
+/// Blinn-Phong; gradients are counted apart from samples.
+struct Shading {
+  double ambient = 0.2;
+  double diffuse = 0.7;
+  double specular = 0.1;
+  double exponent = 10;
+  std::optional<Vec3> light;  ///< world direction toward the light; none: a headlight at the viewer
+};
+
+/// What is drawn: the part of a picture's definition that a scene file holds.
+struct Scene {
+  camera::View view;
+  transfer::TransferFunction transfer;
+  double reference_length = 0;  ///< world length the opacities are for; 0: the field's smallest spacing
+  std::optional<Shading> shading;
+  Vec3 background{0, 0, 0};
+  Model model = Model::composite;
+};
+
+/// How it is drawn: what trades time for error.
+struct RenderOptions {
+  int width = 512;
+  int height = 512;
+  Quadrature quadrature = Quadrature::trapezoid;
+  volume::Reconstruction reconstruction = volume::Reconstruction::trilinear;
+  double step = 0.5;             ///< world length between nodes t_i = t_entry + i step
+  double tolerance = 1e-10;      ///< reference quadrature: absolute error of a pixel, on the colour scale
+  double termination = 0;        ///< stop a ray once its transmittance is at most this; 0 for truth
+  bool skip_empty = true;        ///< do not sample what the transfer function makes invisible
+};
+
+struct RenderCounts {
+  std::int64_t rays = 0;       ///< rays that meet the field's box
+  std::int64_t samples = 0;    ///< reconstructions of f
+  std::int64_t gradients = 0;
+  std::int64_t skipped = 0;    ///< nodes not sampled because nothing around them is visible
+  std::int64_t terminated = 0; ///< rays ended early
+};
+
+}  // namespace vol::render
