@@ -1,0 +1,114 @@
+#include "cli/options.h"
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "base/checked.h"
+#include "base/error.h"
+
+namespace vol::cli {
+namespace {
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c == separator) {
+      parts.emplace_back();
+    } else {
+      parts.back() += c;
+    }
+  }
+  return parts;
+}
+
+[[noreturn]] void refuse(const std::string& option, const std::string& text, const std::string& expected) {
+  throw Error(option + " " + text + ": expected " + expected);
+}
+
+template <class T>
+bool parse(const std::string& text, T& value) {
+  const char* first = text.data() + (text.starts_with('+') ? 1 : 0);
+  const char* last = text.data() + text.size();
+  const auto result = std::from_chars(first, last, value);
+  return result.ec == std::errc() && result.ptr == last;
+}
+
+}  // namespace
+
+Dims parse_dims(const std::string& option, const std::string& text) {
+  const auto parts = split(text, 'x');
+  Dims dims{};
+  if (parts.size() != 1 && parts.size() != 3) refuse(option, text, "NXxNYxNZ, such as 64x48x32, or N for a cube");
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!parse(parts[parts.size() == 3 ? a : 0], dims[a]) || dims[a] < 1) {
+      refuse(option, text, "NXxNYxNZ, such as 64x48x32, each at least 1");
+    }
+  }
+  (void)checked_count(dims);
+  return dims;
+}
+
+std::array<int, 2> parse_image_size(const std::string& option, const std::string& text) {
+  const auto parts = split(text, 'x');
+  std::array<int, 2> size{};
+  if (parts.size() > 2) refuse(option, text, "WIDTHxHEIGHT, such as 512x512");
+  for (std::size_t a = 0; a < 2; ++a) {
+    if (!parse(parts[parts.size() == 2 ? a : 0], size[a]) || size[a] < 1) {
+      refuse(option, text, "WIDTHxHEIGHT, such as 512x512, each at least 1");
+    }
+  }
+  return size;
+}
+
+Vec3 parse_vec3(const std::string& option, const std::string& text) {
+  const auto parts = split(text, ',');
+  Vec3 v;
+  if (parts.size() != 1 && parts.size() != 3) refuse(option, text, "X,Y,Z or one number for all three");
+  for (int a = 0; a < 3; ++a) {
+    if (!parse(parts[parts.size() == 3 ? static_cast<std::size_t>(a) : 0], v[a]) || !std::isfinite(v[a])) {
+      refuse(option, text, "finite numbers X,Y,Z");
+    }
+  }
+  return v;
+}
+
+std::array<double, 2> parse_view(const std::string& option, const std::string& text) {
+  const auto parts = split(text, ',');
+  std::array<double, 2> view{};
+  if (parts.size() != 2 || !parse(parts[0], view[0]) || !parse(parts[1], view[1]) || !std::isfinite(view[0]) ||
+      !(std::abs(view[1]) <= 90)) {
+    refuse(option, text, "AZIMUTH,ELEVATION in degrees, elevation from -90 to 90");
+  }
+  return view;
+}
+
+Region parse_region(const std::string& option, const std::string& text) {
+  const auto corners = split(text, ':');
+  Region region{};
+  constexpr const char* kExpected = "x0,y0,z0:x1,y1,z1, voxel indices, half open, each x0 < x1";
+  if (corners.size() != 2) refuse(option, text, kExpected);
+  for (std::size_t c = 0; c < 2; ++c) {
+    const auto parts = split(corners[c], ',');
+    if (parts.size() != 3) refuse(option, text, kExpected);
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (!parse(parts[a], c == 0 ? region.lower[a] : region.upper[a])) refuse(option, text, kExpected);
+    }
+  }
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (region.lower[a] >= region.upper[a]) refuse(option, text, kExpected);
+  }
+  return region;
+}
+
+double parse_step(const std::string& option, const std::string& text, double smallest_spacing) {
+  const bool in_voxels = text.ends_with('v');
+  double step = 0;
+  if (!parse(in_voxels ? text.substr(0, text.size() - 1) : text, step) || !(step > 0) || !std::isfinite(step)) {
+    refuse(option, text, "a positive world length, or multiples of the smallest spacing such as 0.5v");
+  }
+  return in_voxels ? step * smallest_spacing : step;
+}
+
+}  // namespace vol::cli

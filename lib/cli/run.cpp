@@ -1,0 +1,142 @@
+#include "cli/run.h"
+
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "base/version.h"
+#include "cli/runner.h"
+#include "io/file.h"
+
+namespace vol::cli {
+namespace {
+
+
+enum ExitStatus : int { kDone = 0, kCouldNot = 2, kNoDevice = 3 };
+
+/// Leaves nothing half-written, then dies of the signal as if it had not been caught: status 128 + signal.
+extern "C" void on_signal(int signal) {
+  io::remove_uncommitted_outputs();
+  ::_exit(128 + signal);
+}
+
+void catch_signals() {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, on_signal);
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves early is a failed write, reported like any other
+}
+
+struct CommonOptions {
+  std::string stats;
+  int threads = 0;
+  int repeat = 1;
+  bool checksum = false;
+  bool quiet = false;
+  bool verbose = false;
+};
+
+void add_common_options(CLI::App& app, const ToolInfo& tool, CommonOptions& common) {
+  app.name(tool.name);
+  app.set_help_flag("-h,--help", "Print this help and exit");
+  app.set_version_flag("--version", std::string(tool.name) + " (precis) " + std::string(version()) + " " + std::string(commit()),
+                       "Print the version and exit");
+  app.set_config("--config", "", "Read options from a file (TOML: option = value)");
+  app.add_option("--stats", common.stats, "Write the stats record of the run as JSON to FILE, - for standard error")
+      ->type_name("FILE");
+  app.add_flag("--checksum", common.checksum, "Put the SHA-256 of inputs and outputs into the stats record");
+  app.add_option("--threads", common.threads, "Number of threads, 0 for one a core; results do not depend on it")
+      ->type_name("N")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  if (tool.repeats) {
+    app.add_option("--repeat", common.repeat, "Run the compute phase N times and record every time")
+        ->type_name("N")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
+  }
+  app.add_flag("--quiet", common.quiet, "No messages but errors and warnings");
+  app.add_flag("--verbose", common.verbose, "Say more on standard error");
+  for (const char* name : {"--help", "--version", "--config", "--stats", "--checksum", "--threads", "--quiet", "--verbose"}) {
+    app.get_option(name)->group("Run");
+  }
+  if (tool.repeats) app.get_option("--repeat")->group("Run");
+  std::string footer = std::string("Example:\n  ") + tool.example;
+  if (*tool.references != '\0') footer += std::string("\n\nReferences: ") + tool.references;
+  footer += "\n\nExit status: 0 done, 1 the answer is no, 2 could not do it, 3 a device is missing.";
+  app.footer(footer);
+  app.get_formatter()->column_width(30);
+}
+
+void write_stats(const Record& record, const std::string& path) {
+  if (path.empty()) return;
+  const std::string text = Runner::to_json(record).dump(2) + "\n";
+  if (io::is_standard_stream(path)) {
+    std::fputs(text.c_str(), stderr);
+    return;
+  }
+  io::OutputFile file(path);
+  file.write(std::string_view(text));
+  file.commit();
+}
+
+int complain(const char* tool, const char* message) {
+  std::fprintf(stderr, "%s: %s\n", tool, message);
+  return kCouldNot;
+}
+
+/// CLI11 numbers its errors from 100 and prints two lines; a user gets one line and a 2.
+int usage_error(const CLI::App& app, const ToolInfo& tool, const CLI::ParseError& error) {
+  if (error.get_exit_code() == 0) {
+    if (dynamic_cast<const CLI::CallForVersion*>(&error) != nullptr) {
+      std::printf("%s\n", error.what());
+    } else {
+      std::fputs(app.help().c_str(), stdout);
+    }
+    return std::fflush(stdout) == 0 ? kDone : kCouldNot;
+  }
+  std::string message = error.what();
+  for (char& c : message) {
+    if (c == '\n') c = ' ';
+  }
+  std::fprintf(stderr, "%s: %s (see %s --help)\n", tool.name, message.c_str(), tool.name);
+  return kCouldNot;
+}
+
+}  // namespace
+
+int run(CLI::App& app, const ToolInfo& tool, int argc, char** argv, const std::function<int(Record&)>& work) {
+  catch_signals();
+  CommonOptions common;
+  Record record;
+  try {
+    add_common_options(app, tool, common);
+    app.parse(argc, argv);
+    set_thread_count(common.threads);
+    Runner::configure(record,
+                      {.tool = tool.name,
+                       .command = {argv, argv + argc},
+                       .repeat = common.repeat,
+                       .checksum = common.checksum,
+                       .quiet = common.quiet,
+                       .verbose = common.verbose},
+                      app);
+    const int status = work(record);
+    write_stats(record, common.stats);
+    if (std::fflush(stdout) != 0) throw Error("cannot write to standard output");
+    return status;
+  } catch (const CLI::ParseError& error) {
+    return usage_error(app, tool, error);
+  } catch (const DeviceError& error) {
+    (void)complain(tool.name, error.what());
+    return kNoDevice;
+  } catch (const std::bad_alloc&) {
+    return complain(tool.name, "not enough memory");
+  } catch (const std::exception& error) {
+    return complain(tool.name, error.what());
+  }
+}
+
+}  // namespace vol::cli

@@ -1,0 +1,50 @@
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "cli/options.h"
+
+namespace vol::cli {
+namespace {
+
+TEST(ParseDims, XyzOrderOrCube) {
+  EXPECT_EQ(parse_dims("--dims", "3x4x5"), (Dims{3, 4, 5}));
+  EXPECT_EQ(parse_dims("--dims", "7"), (Dims{7, 7, 7}));
+  for (const char* bad : {"", "3x4", "3x4x0", "3x4x-5", "axbxc", "3x4x5x6", "3.5", "99999999x99999999x99999999"}) {
+    EXPECT_THROW((void)parse_dims("--dims", bad), Error) << bad;
+  }
+}
+
+TEST(ParseStep, WorldLengthOrVoxels) {
+  EXPECT_EQ(parse_step("--step", "0.5", 3), 0.5);
+  EXPECT_EQ(parse_step("--step", "0.5v", 3), 1.5);
+  for (const char* bad : {"0", "-1", "v", "nan", "inf", "1w", "1e999"}) {
+    EXPECT_THROW((void)parse_step("--step", bad, 1), Error) << bad;
+  }
+}
+
+TEST(ParseView, TwoAnglesWithElevationInRange) {
+  EXPECT_EQ(parse_view("--view", "30,-20.5"), (std::array<double, 2>{30, -20.5}));
+  for (const char* bad : {"30", "30,91", "30,20,10", "a,b", "inf,0"}) {
+    EXPECT_THROW((void)parse_view("--view", bad), Error) << bad;
+  }
+}
+
+TEST(ParseRegion, HalfOpenBoxOfVoxels) {
+  const auto region = parse_region("--region", "0,-1,2:3,4,5");
+  EXPECT_EQ(region.lower[1], -1);
+  EXPECT_EQ(region.upper[2], 5);
+  EXPECT_THROW((void)parse_region("--region", "0,0,0:3,0,3"), Error);
+  EXPECT_THROW((void)parse_region("--region", "0,0,0"), Error);
+}
+
+TEST(Errors, NameTheOptionAndWhatIsExpected) {
+  try {
+    (void)parse_image_size("--size", "512by512");
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(std::string(e.what()).find("--size 512by512: expected WIDTHxHEIGHT"), 0u) << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace vol::cli

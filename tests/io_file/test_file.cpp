@@ -1,0 +1,106 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "base/error.h"
+#include "io/file.h"
+
+namespace vol::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+class FileTest : public ::testing::Test {
+ protected:
+  fs::path folder = fs::temp_directory_path() / ("precis-file-test-" + std::to_string(::getpid()));
+  void SetUp() override { fs::create_directories(folder); }
+  void TearDown() override { fs::remove_all(folder); }
+  static std::string content(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  std::size_t entries() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {})); }
+};
+
+TEST_F(FileTest, OutputAppearsOnlyWhenCommitted) {
+  const auto path = folder / "a.bin";
+  std::ofstream(path) << "old";
+  {
+    OutputFile out(path);
+    out.write(std::string_view("half"));
+  }
+  EXPECT_EQ(content(path), "old");
+  EXPECT_EQ(entries(), 1u);
+  OutputFile out(path);
+  const std::string large(300000, 'x');
+  out.write(std::string_view("new"));
+  out.write(std::string_view(large));
+  EXPECT_EQ(content(path), "old");
+  out.commit();
+  EXPECT_EQ(content(path), "new" + large);
+  EXPECT_EQ(entries(), 1u);
+}
+
+TEST_F(FileTest, InterruptionRemovesWhatIsHalfWritten) {
+  OutputFile out(folder / "b.bin");
+  out.write(std::string_view("half"));
+  remove_uncommitted_outputs();
+  EXPECT_EQ(entries(), 0u);
+}
+
+TEST_F(FileTest, FullDiskIsAnErrorNotASuccess) {
+  OutputFile out("/dev/full");
+  EXPECT_THROW(
+      {
+        out.write(std::string_view(std::string(1 << 17, 'x')));
+        out.commit();
+      },
+      Error);
+}
+
+TEST_F(FileTest, UnwritablePlaceNamesTheFile) {
+  try {
+    OutputFile out(folder / "missing" / "c.bin");
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("c.bin: cannot write"), std::string::npos) << e.what();
+  }
+}
+
+TEST_F(FileTest, ReadsLinesThenBytesThenSaysWhatIsMissing) {
+  const auto path = folder / "d.txt";
+  std::ofstream(path) << "one\r\ntwo\n" << std::string(100000, 'z');
+  InputFile in(path);
+  EXPECT_EQ(in.peek(3), "one");
+  EXPECT_EQ(in.read_line(), "one");
+  EXPECT_EQ(in.read_line(), "two");
+  EXPECT_EQ(in.position(), 9);
+  EXPECT_NO_THROW(in.require(100000));
+  EXPECT_THROW(in.require(100001), Error);
+  std::vector<char> bytes(100001);
+  try {
+    in.read_exactly(bytes.data(), bytes.size());
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("data ends after 100000 of 100001 bytes"), std::string::npos) << e.what();
+  }
+  EXPECT_TRUE(in.at_end());
+  EXPECT_THROW((void)in.read_line(), Error);
+}
+
+TEST_F(FileTest, RestIsLimited) {
+  const auto path = folder / "e.bin";
+  std::ofstream(path) << std::string(5000, 'q');
+  EXPECT_EQ(InputFile(path).read_rest(5000).size(), 5000u);
+  EXPECT_THROW((void)InputFile(path).read_rest(4999), Error);
+}
+
+TEST_F(FileTest, FoldersAndMissingFilesAreRefused) {
+  EXPECT_THROW(InputFile in(folder), Error);
+  EXPECT_THROW(InputFile in(folder / "nothing"), Error);
+}
+
+}  // namespace
+}  // namespace vol::io
