@@ -37,11 +37,12 @@ class GridSampler {
       : dims_(grid.dims()),
         world_to_index_(grid.geometry.world_to_index_matrix()),
         origin_(grid.geometry.origin),
-        bounds_(field_bounds(grid.geometry)),
-        samples_(grid.voxels.data()) {
+        bounds_(field_bounds(grid.geometry)) {
     if constexpr (kKernel == Reconstruction::b_spline) {
       coefficients_ = b_spline_coefficients(grid);
       samples_ = coefficients_.data();
+    } else {
+      samples_ = grid.voxels.data();
     }
   }
   GridSampler(const GridSampler&) = delete;
@@ -118,7 +119,7 @@ class GridSampler {
   Vec3 origin_;
   FieldBounds bounds_;
   Buffer<double> coefficients_;  // of b_spline only
-  const Sample* samples_;
+  const Sample* samples_ = nullptr;
 };
 
 }  // namespace vol::volume
