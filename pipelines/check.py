@@ -1,0 +1,48 @@
+#!/usr/bin/python3
+"""Holds the accuracy columns of a regenerated table against the committed one.
+
+Rows are matched by what was run; the committed table may hold more. Status 1 and a line for each row that moved
+further than the sweep file's `check` allows, or that the committed table does not have."""
+
+import argparse
+import sys
+
+import yaml
+
+import records
+
+
+def moved(row, committed, tolerances):
+    for column, allowed in tolerances.items():
+        new, old = float(row[column]), float(committed[column])
+        if abs(new - old) > allowed.get("relative", 0) * max(abs(new), abs(old)) + allowed.get("absolute", 0):
+            yield f"{column} {committed[column]} -> {row[column]}"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("sweep", help="pipelines/NAME.yaml")
+    parser.add_argument("regenerated")
+    parser.add_argument("committed")
+    arguments = parser.parse_args()
+    with open(arguments.sweep) as file:
+        tolerances = yaml.safe_load(file)["check"]
+    committed = {tuple(row[key] for key in records.KEY): row for row in records.read_csv(arguments.committed)}
+    regenerated = records.read_csv(arguments.regenerated)
+    if not regenerated:
+        sys.exit("check: the regenerated table is empty")
+    bad = 0
+    for row in regenerated:
+        key = tuple(row[key] for key in records.KEY)
+        differences = list(moved(row, committed[key], tolerances)) if key in committed else ["not in the committed table"]
+        if differences:
+            bad += 1
+            print(f"{' '.join(part for part in key if part)}: {', '.join(differences)}")
+    stated = ", ".join(f"{column} {' + '.join(f'{kind} {value:g}' for kind, value in allowed.items())}"
+                       for column, allowed in tolerances.items())
+    print(f"check: {len(regenerated) - bad} of {len(regenerated)} rows agree with {arguments.committed} ({stated})")
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,65 @@
+#!/usr/bin/python3
+"""Contact sheet after figure 4 of He 1998: for each wavelet a row of renderings and one of their absolute differences
+from the truth, columns error bounds; the truth itself stands first."""
+
+import argparse
+import pathlib
+import subprocess
+import tempfile
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+import records  # noqa: E402
+import sweep  # noqa: E402
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("settings")
+    parser.add_argument("--bin", required=True)
+    parser.add_argument("--table", required=True)
+    parser.add_argument("--method", default="blind")
+    parser.add_argument("-o", "--output", required=True)
+    arguments = parser.parse_args()
+    settings = records.load(arguments.settings)
+    swept, out = settings["sweep"], pathlib.Path(settings["out"])
+    dataset = next(d for d in swept["published_on"] if d in settings["datasets"])
+    scene = swept["datasets"][dataset]["scenes"][0]
+    chosen = [run for run in sweep.runs(swept, settings["datasets"])
+              if (run.dataset, run.scene, run.method) == (dataset, scene, arguments.method)]
+    row_of = {tuple(row[key] for key in records.KEY): row for row in records.read_csv(arguments.table)}
+    truth = out / "truth" / dataset / scene / "reference.exr"
+
+    def picture(folder, run):
+        """The rendering and its difference from the truth as arrays; differences share one colour scale."""
+        image = out / "runs" / run.group / run.series / f"{run.name}.exr"
+        shown, difference = folder / "shown.png", folder / "difference.png"
+        subprocess.run([f"{arguments.bin}/img-compare", image, image, "--difference", shown], check=False)
+        subprocess.run([f"{arguments.bin}/img-compare", image, truth, "--difference", difference], check=False)
+        return plt.imread(shown), plt.imread(difference)
+
+    wavelets, epsilons = swept["wavelets"], swept["epsilons"]
+    figure, grid = plt.subplots(2 * len(wavelets), len(epsilons), figsize=(1.75 * len(epsilons), 3.6 * len(wavelets)),
+                                squeeze=False)
+    with tempfile.TemporaryDirectory() as folder:
+        for run in chosen:
+            line, column = 2 * wavelets.index(run.wavelet), [str(e) for e in epsilons].index(run.epsilon)
+            shown, difference = picture(pathlib.Path(folder), run)
+            row = row_of[tuple(getattr(run, key) for key in records.KEY)]
+            grid[line, column].imshow(shown)
+            grid[line, column].set_title(f"{run.wavelet}, epsilon {run.epsilon}", fontsize=6, pad=2)
+            grid[line + 1, column].imshow(difference)
+            grid[line + 1, column].set_title(f"MSE {float(row['mse_truth']):.3g}, {int(row['samples']) / 1e6:.2f} M samples",
+                                             fontsize=6, pad=2)
+    for axes in grid.flat:
+        axes.set_xticks([])
+        axes.set_yticks([])
+    figure.tight_layout(pad=0.3)
+    figure.savefig(arguments.output, dpi=130, metadata={"Software": None})
+
+
+if __name__ == "__main__":
+    main()

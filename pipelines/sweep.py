@@ -1,0 +1,88 @@
+"""What a sweep file (pipelines/NAME.yaml) asks for, spelled out as single runs.
+
+Nothing of the algorithms lives here: a run is a name and the command-line options that the file gives for it.
+"""
+
+import dataclasses
+import os
+import pathlib
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+
+
+@dataclasses.dataclass(frozen=True)
+class Run:
+    """One picture: uniform sampling (no wavelet), or guided by an index."""
+
+    dataset: str
+    scene: str
+    method: str
+    quadrature: str
+    step: str
+    wavelet: str = ""
+    epsilon: str = ""
+
+    @property
+    def name(self):
+        parts = [self.method, self.wavelet, self.epsilon and f"e{self.epsilon}", self.quadrature, self.step]
+        return "_".join(part for part in parts if part)
+
+    @property
+    def series(self):
+        return "_".join(part for part in [self.method, self.wavelet] if part)
+
+    @property
+    def group(self):
+        return f"{self.dataset}/{self.scene}"
+
+
+def shortened(config):
+    """The short form: the same file with the values under `short:` in place of the long ones."""
+    return {**{key: value for key, value in config.items() if key != "short"}, **config.get("short", {})}
+
+
+def locate(entry):
+    """Path of a volume of configs/data.yaml: absolute, or below $PRECIS_DATA; None where it is not at hand."""
+    path = pathlib.Path(entry["file"])
+    if not path.is_absolute():
+        data = os.environ.get("PRECIS_DATA")
+        if not data:
+            return None
+        path = pathlib.Path(data) / path
+    return str(path) if path.exists() else None
+
+
+def datasets_at_hand(config, volumes):
+    """{name: (files it is made from, command)} of the data sets whose sources are there, and of those made from them."""
+    found = {}
+    chosen = config.get("only", list(config["datasets"]))
+    for name, entry in config["datasets"].items():
+        if name not in chosen and not any(name in config["datasets"][other].get("after", []) for other in chosen):
+            continue
+        files = {source: locate(volumes[source]) for source in entry.get("sources", [])}
+        if all(files.values()) and all(before in found for before in entry.get("after", [])):
+            found[name] = (files, entry["make"])
+    return found
+
+
+def runs(config, datasets):
+    """Every run of the sweep over the data sets at hand, in a fixed order."""
+    listed = []
+    for dataset in datasets:
+        if dataset not in config.get("only", list(config["datasets"])):
+            continue
+        for scene in config["datasets"][dataset]["scenes"]:
+            if scene not in config.get("scenes", [scene]):
+                continue
+            for method, entry in config["methods"].items():
+                for quadrature in entry["quadratures"]:
+                    for step in entry["steps"]:
+                        if step not in config.get("steps", [step]):
+                            continue
+                        if not entry.get("index"):
+                            listed.append(Run(dataset, scene, method, quadrature, step))
+                            continue
+                        for wavelet in config["wavelets"]:
+                            for epsilon in config["epsilons"]:
+                                listed.append(Run(dataset, scene, method, quadrature, step, wavelet, str(epsilon)))
+    return listed
