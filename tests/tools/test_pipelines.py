@@ -1,0 +1,88 @@
+#!/usr/bin/python3
+"""The pipelines' own small code: which runs a sweep file stands for, and what the check lets pass."""
+
+import contextlib
+import io
+import os
+import pathlib
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(ROOT / "pipelines"))
+sys.path.insert(0, str(ROOT))
+import check  # noqa: E402
+import records  # noqa: E402
+import sweep  # noqa: E402
+
+SWEEP = {
+    "wavelets": ["haar", "coiflet-6"], "epsilons": [0, 3],
+    "datasets": {"a": {"make": "m", "scenes": ["s", "t"]},
+                 "b": {"make": "m", "sources": ["there"], "scenes": ["s"]},
+                 "c": {"make": "m", "sources": ["gone"], "scenes": ["s"]},
+                 "d": {"make": "m", "after": ["c"], "scenes": ["s"]}},
+    "methods": {"uniform": {"quadratures": ["rectangle", "trapezoid"], "steps": ["1v", "2v", "4v"]},
+                "guided": {"quadratures": ["trapezoid"], "steps": ["1v"], "index": "--x"}},
+    "short": {"scenes": ["s"], "epsilons": [3], "steps": ["1v"]},
+}
+VOLUMES = {"there": {"file": str(ROOT / "LICENSE")}, "gone": {"file": "/no/such/file"}}
+
+
+class Sweep(unittest.TestCase):
+    def test_counts_and_names(self):
+        datasets = sweep.datasets_at_hand(SWEEP, VOLUMES)
+        self.assertEqual(list(datasets), ["a", "b"])  # c's file is gone, and d is made from c
+        runs = sweep.runs(SWEEP, datasets)
+        self.assertEqual(len(runs), 3 * (2 * 3 + 2 * 2))
+        self.assertEqual(len({(run.group, run.name) for run in runs}), len(runs))
+
+    def test_the_short_form_is_a_subset(self):
+        datasets = sweep.datasets_at_hand(SWEEP, VOLUMES)
+        short = sweep.runs(sweep.shortened(SWEEP), datasets)
+        self.assertEqual(len(short), 2 * (2 + 2))
+        self.assertLess(set(short), set(sweep.runs(SWEEP, datasets)))
+
+    def test_relative_files_need_the_data_folder(self):
+        saved = os.environ.pop("PRECIS_DATA", None)
+        self.addCleanup(lambda: os.environ.update(PRECIS_DATA=saved) if saved else os.environ.pop("PRECIS_DATA", None))
+        self.assertIsNone(sweep.locate({"file": "LICENSE"}))
+        os.environ["PRECIS_DATA"] = str(ROOT)
+        self.assertEqual(sweep.locate({"file": "LICENSE"}), str(ROOT / "LICENSE"))
+
+
+class Check(unittest.TestCase):
+    def verdict(self, committed, regenerated):
+        with tempfile.TemporaryDirectory() as folder:
+            paths = []
+            for name, table in (("old", committed), ("new", regenerated)):
+                rows = [dict(zip(records.KEY, key.split())) | figures for key, figures in table.items()]
+                paths.append(f"{folder}/{name}.csv")
+                records.write_csv(paths[-1], rows)
+            pathlib.Path(f"{folder}/sweep.yaml").write_text(
+                "check: {samples: {relative: 0.001}, mse_truth: {relative: 0.01, absolute: 1.0e-6}}")
+            saved, sys.argv = sys.argv, ["check", f"{folder}/sweep.yaml", paths[1], paths[0]]
+            said = io.StringIO()
+            try:
+                with contextlib.redirect_stdout(said):
+                    return check.main(), said.getvalue()
+            finally:
+                sys.argv = saved
+
+    ROW = "a s m w 3 q 1v"
+
+    def test_within_and_beyond_the_tolerance(self):
+        committed = {self.ROW: {"samples": 100000, "mse_truth": 0.5}}
+        for samples, mse, status in [(100000, 0.5, 0), (100090, 0.504, 0), (100200, 0.5, 1), (100000, 0.51, 1)]:
+            got, said = self.verdict(committed, {self.ROW: {"samples": samples, "mse_truth": mse}})
+            self.assertEqual(got, status, said)
+            self.assertEqual("a s m w 3 q 1v:" in said, bool(status), said)
+
+    def test_a_row_that_nobody_committed(self):
+        got, said = self.verdict({}, {self.ROW: {"samples": 1, "mse_truth": 0}})
+        self.assertEqual(got, 1)
+        self.assertIn("not in the committed table", said)
+
+
+if __name__ == "__main__":
+    unittest.main()
