@@ -1,0 +1,30 @@
+#include "io/any_volume.h"
+
+#include "base/error.h"
+
+namespace vol::io {
+
+volume::Volume read_any_volume(const std::filesystem::path& path, const ReadOptions& options) {
+  InputFile file(path);
+  if (options.raw || !is_vdb(file.peek(8))) return read_volume(file, options);
+  if (options.volume)
+    throw Error(display_name(path) + ": OpenVDB files have no numbered volumes; name one by --array");
+  auto volume = read_vdb_volume(file, {.array = options.array, .memory_limit = options.memory_limit});
+  try {
+    volume::require_finite(volume, options.missing ? &*options.missing : nullptr);
+  } catch (const Error& e) {
+    throw Error(display_name(path), e);
+  }
+  return volume;
+}
+
+std::vector<std::string> write_any_volume(const std::filesystem::path& path, const volume::Volume& volume,
+                                          const WriteOptions& options) {
+  if (options.format != "vdb" && !(options.format.empty() && path.extension() == ".vdb")) {
+    return write_volume(path, volume, options);
+  }
+  write_vdb_volume(path, volume);
+  return {};
+}
+
+}  // namespace vol::io

@@ -1,0 +1,15 @@
+#pragma once
+#include "io/vdb.h"
+#include "io/volume.h"
+
+namespace vol::io {
+
+/// read_volume() that knows OpenVDB too, told by its first bytes; for tools that may link it.
+[[nodiscard]] volume::Volume read_any_volume(const std::filesystem::path& path,
+                                             const ReadOptions& options = {});
+
+/// write_volume() that knows OpenVDB too: format "vdb", or a path that ends in .vdb.
+std::vector<std::string> write_any_volume(const std::filesystem::path& path, const volume::Volume& volume,
+                                          const WriteOptions& options = {});
+
+}  // namespace vol::io
