@@ -1,0 +1,185 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "render/ray_polynomial.h"
+#include "volume/b_spline.h"
+#include "volume/kernels.h"
+
+namespace vol::render {
+namespace {
+
+using volume::Reconstruction;
+
+/// Cubic by value and slope at u = 0 and u = 1/2, both of which lie in the cell for certain.
+void cubic_through(double w0, double d0, double wh, double dh, double* power) {
+  const double secant = 2 * (wh - w0);
+  power[0] = w0;
+  power[1] = d0;
+  power[2] = 2 * (3 * secant - 2 * d0 - dh);
+  power[3] = 4 * (dh + d0 - 2 * secant);
+}
+
+/// Bernstein coefficients over [u0, u1] of a cubic given by powers: its polar form (blossom).
+void restricted(const double* c, double u0, double u1, double* b) {
+  const auto polar = [&](double x, double y, double z) {
+    return c[0] + c[1] * ((x + y + z) / 3) + c[2] * ((x * y + y * z + z * x) / 3) + c[3] * (x * y * z);
+  };
+  b[0] = polar(u0, u0, u0);
+  b[1] = polar(u0, u0, u1);
+  b[2] = polar(u0, u1, u1);
+  b[3] = polar(u1, u1, u1);
+}
+
+constexpr double kBinomial[4][10] = {
+    {1}, {1, 3, 3, 1}, {1, 6, 15, 20, 15, 6, 1}, {1, 9, 36, 84, 126, 126, 84, 36, 9, 1}};
+
+}  // namespace
+
+GridPieces::GridPieces(const volume::Volume& volume, Reconstruction reconstruction)
+    : geometry_(volume.geometry()),
+      world_to_index_(geometry_.world_to_index_matrix()),
+      reconstruction_(reconstruction),
+      taps_(volume::taps(reconstruction)) {
+  volume::visit(volume, [&](const auto& grid) {
+    using T = typename std::decay_t<decltype(grid)>::value_type;
+    if (reconstruction == Reconstruction::b_spline) {
+      coefficients_ = volume::b_spline_coefficients(grid);
+      samples_ = coefficients_.data();
+      load_ = [](const void* p, std::int64_t i) { return static_cast<const double*>(p)[i]; };
+    } else {
+      samples_ = grid.voxels.data();
+      load_ = [](const void* p, std::int64_t i) { return static_cast<double>(static_cast<const T*>(p)[i]); };
+    }
+  });
+}
+
+GridPieces::AxisKernel GridPieces::kernel(int axis, std::int64_t cell) const {
+  const std::int64_t n = geometry_.dims[axis];
+  AxisKernel k{};
+  const auto fill = [&](const auto& at_0, const auto& at_half) {
+    for (int t = 0; t < taps_; ++t) {
+      k.index[t] = at_0.index[t];
+      cubic_through(at_0.w[t], at_0.dw[t], at_half.w[t], at_half.dw[t], k.power[t]);
+    }
+  };
+  const auto x = static_cast<double>(cell);
+  const double half = n == 1 ? x : x + 0.5;
+  switch (reconstruction_) {
+    case Reconstruction::nearest:
+      k.index[0] = cell;
+      k.power[0][0] = 1;
+      break;
+    case Reconstruction::trilinear: {
+      const auto w = volume::linear_weights(x, n);
+      for (int t = 0; t < 2; ++t) {
+        k.index[t] = w.index[t];
+        k.power[t][0] = w.w[t];
+        k.power[t][1] = w.dw[t];
+      }
+      break;
+    }
+    case Reconstruction::catmull_rom:
+      fill(volume::catmull_rom_weights(x, n), volume::catmull_rom_weights(half, n));
+      break;
+    case Reconstruction::b_spline:
+      fill(volume::b_spline_weights(x, n), volume::b_spline_weights(half, n));
+      break;
+  }
+  return k;
+}
+
+Bernstein GridPieces::polynomial(const std::int64_t cell[3], const Vec3& from, const Vec3& to) const {
+  AxisKernel axis[3];
+  for (int a = 0; a < 3; ++a) axis[a] = kernel(a, cell[a]);
+  const std::int64_t nx = geometry_.dims[0], ny = geometry_.dims[1];
+  const auto sample = [&](int i, int j, int k) {
+    return load_(samples_, axis[0].index[i] + nx * (axis[1].index[j] + ny * axis[2].index[k]));
+  };
+  Bernstein p;
+  if (taps_ == 1) {
+    p.b[0] = sample(0, 0, 0);
+    return p;
+  }
+  // Weights as scaled Bernstein polynomials of t, w[k] C(d, k), whose products are plain convolutions. The
+  // field is taken relative to one sample: constant cells come out constant, small signals keep their digits.
+  const int d = taps_ == 2 ? 1 : 3;
+  double weight[3][4][4];
+  for (int a = 0; a < 3; ++a) {
+    for (int t = 0; t < taps_; ++t) {
+      if (d == 1) {
+        weight[a][t][0] = axis[a].power[t][0] + axis[a].power[t][1] * from[a];
+        weight[a][t][1] = axis[a].power[t][0] + axis[a].power[t][1] * to[a];
+      } else {
+        restricted(axis[a].power[t], from[a], to[a], weight[a][t]);
+        for (int k = 0; k <= 3; ++k) weight[a][t][k] *= kBinomial[1][k];
+      }
+    }
+  }
+  const double base = sample(taps_ / 4, taps_ / 4, taps_ / 4);
+  double sum[10] = {};
+  for (int c = 0; c < taps_; ++c) {
+    double plane[7] = {};
+    for (int b = 0; b < taps_; ++b) {
+      double line[4] = {};
+      for (int a = 0; a < taps_; ++a) {
+        const double v = sample(a, b, c) - base;
+        for (int k = 0; k <= d; ++k) line[k] += weight[0][a][k] * v;
+      }
+      for (int m = 0; m <= d; ++m) {
+        for (int k = 0; k <= d; ++k) plane[k + m] += weight[1][b][m] * line[k];
+      }
+    }
+    for (int m = 0; m <= d; ++m) {
+      for (int k = 0; k <= 2 * d; ++k) sum[k + m] += weight[2][c][m] * plane[k];
+    }
+  }
+  p.degree = 3 * d;
+  const double* binomial = kBinomial[d];
+  for (int k = 0; k <= p.degree; ++k) p.b[k] = base + sum[k] / binomial[k];
+  return p;
+}
+
+void GridPieces::operator()(const camera::Ray& ray, const Chord& chord, const PieceSink& sink) const {
+  const Vec3 o = world_to_index_ * (ray.origin - geometry_.origin);
+  const Vec3 d = world_to_index_ * ray.direction;
+  // Cells meet in planes at integers; those of nearest, around the samples, at integers and a half.
+  const double shift = reconstruction_ == Reconstruction::nearest ? 0.5 : 0;
+  std::int64_t cell[3], cells[3];
+  for (int a = 0; a < 3; ++a) {
+    const std::int64_t n = geometry_.dims[a];
+    cells[a] = n == 1 ? 1 : shift > 0 ? n : n - 1;
+    const double x = o[a] + chord.entry * d[a] + shift;
+    cell[a] = !(x > 0) || n == 1 ? 0 : std::min(static_cast<std::int64_t>(x), cells[a] - 1);
+  }
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const auto next_plane = [&](int a) {  // t at which the ray leaves its cell along an axis
+    const std::int64_t plane = d[a] > 0 ? cell[a] + 1 : cell[a];
+    const bool last = d[a] == 0 || (d[a] > 0 ? plane >= cells[a] : plane <= 0);
+    return last ? kInfinity : (static_cast<double>(plane) - shift - o[a]) / d[a];
+  };
+  const auto local = [&](double t) {
+    Vec3 u;
+    for (int a = 0; a < 3; ++a) {
+      u[a] = cells[a] == 1 && geometry_.dims[a] == 1
+                 ? 0.0
+                 : std::clamp(o[a] + t * d[a] - static_cast<double>(cell[a]), 0.0, 1.0);
+    }
+    return u;
+  };
+  double leave[3] = {next_plane(0), next_plane(1), next_plane(2)};
+  double t = chord.entry;
+  while (t < chord.exit) {
+    const int axis = leave[0] <= leave[1] ? (leave[0] <= leave[2] ? 0 : 2) : (leave[1] <= leave[2] ? 1 : 2);
+    const double end = std::min(leave[axis], chord.exit);
+    if (end > t) {
+      if (!sink({t, end, polynomial(cell, local(t), local(end))})) return;
+      t = end;
+    }
+    if (leave[axis] >= chord.exit) return;
+    cell[axis] += d[axis] > 0 ? 1 : -1;
+    leave[axis] = next_plane(axis);
+  }
+}
+
+}  // namespace vol::render

@@ -1,0 +1,86 @@
+#include "render/picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "base/error.h"
+#include "base/parallel.h"
+
+namespace vol::render {
+namespace {
+
+float as_float(double value, const char* channel) {
+  const auto narrow = static_cast<float>(value);
+  if (!std::isfinite(narrow)) {
+    throw Error(std::string("channel ") + channel +
+                " reaches a value that float cannot hold; scale the volume");
+  }
+  return narrow;
+}
+
+}  // namespace
+
+void require_valid(const RenderOptions& options) {
+  if (options.width < 1 || options.height < 1) throw Error("image size is below 1 x 1");
+  if (!(options.step > 0) || !std::isfinite(options.step)) throw Error("step is not a positive number");
+  if (!(options.tolerance > 0) || !std::isfinite(options.tolerance)) {
+    throw Error("tolerance is not a positive number");
+  }
+  if (!(options.termination >= 0 && options.termination < 1)) {
+    throw Error("termination: a transmittance in [0, 1) is expected");
+  }
+}
+
+double resolved_reference_length(const Scene& scene, double smallest_spacing) {
+  if (scene.reference_length != 0) return scene.reference_length;
+  if (smallest_spacing > 0) return smallest_spacing;
+  throw Error("a field without a grid has no spacing: the scene needs a reference_length");
+}
+
+RenderResult draw(const volume::FieldBounds& bounds, const Scene& scene, const RenderOptions& options,
+                  const RayCaster& cast) {
+  const RayBox box(bounds);
+  const camera::Camera camera(scene.view, bounds.centre(), bounds.longest_edge(), options.width,
+                              options.height);
+  RenderResult result{
+      image::Image(options.width, options.height, {"R", "G", "B", "A", "samples", "depth"}), {}, 0};
+  struct Partial {
+    RenderCounts counts;
+    double error = 0;
+  };
+  const auto row = [&](std::int64_t y0, std::int64_t y1) {
+    Partial partial;
+    for (auto y = static_cast<int>(y0); y < static_cast<int>(y1); ++y) {
+      for (int x = 0; x < options.width; ++x) {
+        const camera::Ray ray = camera.ray(x + 0.5, y + 0.5);
+        result.image.at(x, y, 5) = std::numeric_limits<float>::infinity();
+        const auto chord = box.chord(ray, camera.t_min());
+        if (!chord) continue;
+        ++partial.counts.rays;
+        const std::int64_t samples_before = partial.counts.samples;
+        const Pixel pixel = cast(ray, *chord, partial.counts);
+        static constexpr const char* kNames[3] = {"R", "G", "B"};
+        for (int c = 0; c < 3; ++c) result.image.at(x, y, c) = as_float(pixel.colour[c], kNames[c]);
+        result.image.at(x, y, 3) = as_float(pixel.alpha, "A");
+        result.image.at(x, y, 4) = static_cast<float>(partial.counts.samples - samples_before);
+        result.image.at(x, y, 5) = static_cast<float>(pixel.depth);
+        partial.error = std::max(partial.error, pixel.error);
+      }
+    }
+    return partial;
+  };
+  const auto total = parallel_reduce<Partial>(0, options.height, 1, row, [](Partial& sum, const Partial& p) {
+    sum.counts.rays += p.counts.rays;
+    sum.counts.samples += p.counts.samples;
+    sum.counts.gradients += p.counts.gradients;
+    sum.counts.skipped += p.counts.skipped;
+    sum.counts.terminated += p.counts.terminated;
+    sum.error = std::max(sum.error, p.error);
+  });
+  result.counts = total.counts;
+  result.error_estimate = total.error;
+  return result;
+}
+
+}  // namespace vol::render

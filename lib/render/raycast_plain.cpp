@@ -1,0 +1,282 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "base/error.h"
+#include "render/grid_field.h"
+#include "render/picture.h"
+#include "render/quadrature.h"
+#include "render/raycast.h"
+#include "render/visibility.h"
+#include "volume/grid_sampler.h"
+
+namespace vol::render {
+namespace {
+
+/// The ray's nodes that are visited, in order: every one, or those an index leaves.
+class NodeWalk {
+ public:
+  NodeWalk(const camera::Ray& ray, const Chord& chord, double step, const RayBox& box,
+           const index::IndexVolume* index)
+      : ray_(ray), chord_(chord), step_(step), box_(box), index_(index) {
+    constexpr double kMaxNodes = 1e9;
+    const double segments = std::ceil(chord.length() / step - 1e-9);
+    if (!(segments < kMaxNodes)) {
+      throw Error("step " + std::to_string(step) + " gives more than 1e9 nodes on a ray; take a longer one");
+    }
+    last_ = std::max<std::int64_t>(1, static_cast<std::int64_t>(segments));
+  }
+
+  [[nodiscard]] std::int64_t last() const { return last_; }
+  [[nodiscard]] double t(std::int64_t node) const {
+    return node == last_ ? chord_.exit : chord_.entry + static_cast<double>(node) * step_;
+  }
+  [[nodiscard]] Vec3 position(std::int64_t node) const { return ray_.origin + t(node) * ray_.direction; }
+  [[nodiscard]] Vec3 coordinates(std::int64_t node) const { return box_.coordinates(position(node)); }
+  [[nodiscard]] std::int64_t after(std::int64_t node) const {
+    if (!index_) return node + 1;
+    return std::min(last_, node + (std::int64_t{1} << entry_at(coordinates(node))));
+  }
+
+ private:
+  [[nodiscard]] int entry_at(const Vec3& u) const {
+    std::int64_t e[3];
+    for (int a = 0; a < 3; ++a) {
+      const std::int64_t n = index_->volume_dims()[a];
+      const double cell = u[a] * static_cast<double>(n - 1);
+      e[a] = (!(cell > 0) ? 0 : std::min(static_cast<std::int64_t>(cell), n - 1)) / index_->reduction();
+    }
+    return index_->entry(e[0], e[1], e[2]);
+  }
+
+  const camera::Ray& ray_;
+  const Chord& chord_;
+  double step_;
+  const RayBox& box_;
+  const index::IndexVolume* index_;
+  std::int64_t last_ = 1;
+};
+
+/// What a ray needs besides itself.
+struct Context {
+  FieldView field;
+  RenderOptions options;
+  RayBox box;
+  const index::IndexVolume* index = nullptr;
+  std::optional<GridField> grid;  ///< keeps `field` alive
+  std::optional<BlockRanges> blocks;
+  std::optional<Optics> optics;
+  std::optional<BlinnPhong> shading;
+};
+
+class CompositeRay {
+ public:
+  CompositeRay(const Context& context, const NodeWalk& walk, const Vec3& direction, RenderCounts& counts)
+      : context_(context), walk_(walk), direction_(direction), counts_(counts) {}
+
+  Pixel cast() {
+    Pixel pixel;
+    double transmittance = 1;
+    Visit left = visit(0);
+    while (left.number < walk_.last() && !(transmittance <= context_.options.termination)) {
+      Visit right = visit(walk_.after(left.number));
+      const bool visible = prepare(left, right);
+      const double t0 = walk_.t(left.number);
+      const double h = walk_.t(right.number) - t0;
+      const Segment segment = visible ? rule(left.node, right.node, h) : Segment{};
+      const double behind = transmittance * segment.transmittance;
+      if (transmittance > 0.5 && behind <= 0.5) {
+        const double fraction = std::log(2 * transmittance) / segment.optical_depth;
+        pixel.depth = t0 + h * std::clamp(fraction, 0.0, 1.0);
+      }
+      pixel.colour += transmittance * segment.emission;
+      pixel.alpha += transmittance * segment.alpha;
+      transmittance = behind;
+      if (!left.sampled) ++counts_.skipped;
+      left = right;
+    }
+    if (left.number < walk_.last()) {
+      ++counts_.terminated;
+    } else if (kind() != Quadrature::rectangle && !left.sampled) {
+      ++counts_.skipped;
+    }
+    return pixel;
+  }
+
+ private:
+  struct Visit {
+    std::int64_t number;
+    const volume::Range* range;  ///< what values are possible here, where that is known
+    Node node{};                 ///< opacity 0 until sampled
+    bool sampled = false;
+    bool lit = false;
+  };
+
+  [[nodiscard]] Quadrature kind() const { return context_.options.quadrature; }
+  [[nodiscard]] const transfer::TransferFunction& transfer() const { return context_.optics->transfer(); }
+
+  [[nodiscard]] Visit visit(std::int64_t number) const {
+    const auto& blocks = context_.blocks;
+    return {number, blocks ? &blocks->range(blocks->block_at(walk_.coordinates(number))) : nullptr};
+  }
+
+  /// Samples what the segment's rule needs. What is surely transparent is left as it is, with opacity 0; for
+  /// preintegrated that takes all values between the two nodes. False: nothing there.
+  bool prepare(Visit& left, Visit& right) {
+    if (kind() == Quadrature::preintegrated) {
+      if (left.range && transfer().max_opacity(std::min(left.range->min, right.range->min),
+                                               std::max(left.range->max, right.range->max)) == 0) {
+        return false;
+      }
+      sample(left);
+      sample(right);
+      if (transfer().max_opacity(std::min(left.node.value, right.node.value),
+                                 std::max(left.node.value, right.node.value)) > 0) {
+        light(left);
+        light(right);
+      }
+      return true;
+    }
+    for (Visit* end : {&left, &right}) {
+      if (end == &right && kind() == Quadrature::rectangle) break;
+      if (!end->range || transfer().max_opacity(end->range->min, end->range->max) > 0) sample(*end);
+      if (end->node.opacity > 0) light(*end);
+    }
+    return true;
+  }
+
+  void sample(Visit& visit) {
+    if (visit.sampled) return;
+    visit.sampled = true;
+    ++counts_.samples;
+    visit.node.value = context_.field.value(walk_.position(visit.number));
+    visit.node.opacity = transfer().opacity(visit.node.value);
+    visit.node.colour = transfer().colour(visit.node.value);
+  }
+  void light(Visit& visit) {
+    if (visit.lit || !context_.shading) return;
+    visit.lit = true;
+    ++counts_.gradients;
+    visit.node.lit = (*context_.shading)(context_.field.gradient(walk_.position(visit.number)), direction_);
+  }
+  [[nodiscard]] Segment rule(const Node& left, const Node& right, double h) const {
+    switch (context_.options.quadrature) {
+      case Quadrature::rectangle:
+        return rectangle(left, h, *context_.optics);
+      case Quadrature::preintegrated:
+        return preintegrated(left, right, h, *context_.optics);
+      default:
+        return trapezoid(left, right, h, *context_.optics);
+    }
+  }
+
+  const Context& context_;
+  const NodeWalk& walk_;
+  const Vec3& direction_;
+  RenderCounts& counts_;
+};
+
+/// Integral of f: left node, or both (trapezoid and preintegrated, which for f itself are the same).
+Pixel xray(const Context& context, const NodeWalk& walk, RenderCounts& counts) {
+  const bool both = context.options.quadrature != Quadrature::rectangle;
+  double sum = 0;
+  double left = context.field.value(walk.position(0));
+  ++counts.samples;
+  for (std::int64_t node = 0; node < walk.last();) {
+    const std::int64_t next = walk.after(node);
+    const double h = walk.t(next) - walk.t(node);
+    double right = 0;
+    if (both || next < walk.last()) {
+      right = context.field.value(walk.position(next));
+      ++counts.samples;
+    }
+    sum += h * (both ? 0.5 * left + 0.5 * right : left);
+    left = right;
+    node = next;
+  }
+  return {Vec3::Constant(sum), 1, std::numeric_limits<double>::infinity(), 0};
+}
+
+/// Largest value of the visited nodes; the first where several are equal.
+Pixel mip(const Context& context, const NodeWalk& walk, RenderCounts& counts) {
+  double most = -std::numeric_limits<double>::infinity();
+  double depth = 0;
+  for (std::int64_t node = 0;; node = walk.after(node)) {
+    const double value = context.field.value(walk.position(node));
+    ++counts.samples;
+    if (value > most) {
+      most = value;
+      depth = walk.t(node);
+    }
+    if (node == walk.last()) break;
+  }
+  return {Vec3::Constant(most), 1, depth, 0};
+}
+
+RayCaster caster(Context context, const Scene& scene, double smallest_spacing) {
+  require_valid(context.options);
+  if (context.options.quadrature == Quadrature::reference) {
+    throw Error("quadrature reference has no steps to cast by; call raycast_reference");
+  }
+  if (scene.model == Model::composite) {
+    context.optics.emplace(scene.transfer, resolved_reference_length(scene, smallest_spacing));
+    if (scene.shading) context.shading.emplace(*scene.shading);
+  }
+  const auto shared = std::make_shared<const Context>(std::move(context));
+  return [shared, model = scene.model](const camera::Ray& ray, const Chord& chord, RenderCounts& counts) {
+    const NodeWalk walk(ray, chord, shared->options.step, shared->box, shared->index);
+    switch (model) {
+      case Model::xray:
+        return xray(*shared, walk, counts);
+      case Model::mip:
+        return mip(*shared, walk, counts);
+      default:
+        return CompositeRay(*shared, walk, ray.direction, counts).cast();
+    }
+  };
+}
+
+RenderResult drawn(const volume::FieldBounds& bounds, const Scene& scene, const RenderOptions& options,
+                   const RayCaster& cast) {
+  RenderResult result = draw(bounds, scene, options, cast);
+  result.error_estimate = std::numeric_limits<double>::quiet_NaN();
+  return result;
+}
+
+}  // namespace
+
+RayCaster plain_caster(const FieldView& field, const Scene& scene, const RenderOptions& options,
+                       const index::IndexVolume* index) {
+  return caster({field, options, RayBox(field.bounds), index, {}, {}, {}, {}}, scene, 0);
+}
+
+RayCaster plain_caster(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
+                       const index::IndexVolume* index) {
+  (void)volume::value_range(volume);  // refuses NaN and infinity
+  const volume::GridGeometry& geometry = volume.geometry();
+  if (index && index->volume_dims() != geometry.dims) {
+    throw Error("index volume was built for other dims than the volume's");
+  }
+  const GridField field(volume, options.reconstruction);
+  Context context{field.view(), options, RayBox(field.view().bounds), index, field, {}, {}, {}};
+  if (options.skip_empty && scene.model == Model::composite) {
+    context.blocks.emplace(volume, options.reconstruction);
+  }
+  return caster(std::move(context), scene, geometry.spacing.minCoeff());
+}
+
+RenderResult raycast_plain(const FieldView& field, const Scene& scene, const RenderOptions& options,
+                           const index::IndexVolume* index) {
+  return drawn(field.bounds, scene, options, plain_caster(field, scene, options, index));
+}
+
+RenderResult raycast_plain(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
+                           const index::IndexVolume* index) {
+  return drawn(volume::field_bounds(volume.geometry()), scene, options,
+               plain_caster(volume, scene, options, index));
+}
+
+}  // namespace vol::render

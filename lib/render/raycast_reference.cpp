@@ -1,0 +1,120 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "base/compensated_sum.h"
+#include "base/error.h"
+#include "render/grid_field.h"
+#include "render/ray_polynomial.h"
+#include "render/raycast.h"
+#include "render/reference_integral.h"
+#include "volume/grid_sampler.h"
+
+namespace vol::render {
+namespace {
+
+/// Hands the pieces of a chord to a sink; \returns evaluations of the field that this took itself.
+using PieceSource = std::function<std::int64_t(const camera::Ray&, const Chord&, const PieceSink&)>;
+
+Pixel xray(const camera::Ray& ray, const Chord& chord, const PieceSource& pieces, RenderCounts& counts) {
+  CompensatedSum sum;
+  double magnitude = 0;
+  counts.samples += pieces(ray, chord, [&](const RayPiece& piece) {
+    const double part = (piece.t1 - piece.t0) * piece.p.integral();
+    sum.add(part);
+    magnitude += std::abs(part);
+    ++counts.samples;
+    return true;
+  });
+  return {Vec3::Constant(sum.value()), 1, std::numeric_limits<double>::infinity(), 1e-14 * magnitude};
+}
+
+Pixel mip(const camera::Ray& ray, const Chord& chord, const PieceSource& pieces, double tolerance,
+          RenderCounts& counts) {
+  double most = -std::numeric_limits<double>::infinity();
+  double depth = 0;
+  double error = 0;
+  counts.samples += pieces(ray, chord, [&](const RayPiece& piece) {
+    ++counts.samples;
+    const double allowed = tolerance * std::max(std::abs(piece.p.min()), std::abs(piece.p.max()));
+    double maximum = 0, where = 0;
+    if (piece.p.max() > most && find_maximum(piece.p, most, allowed, maximum, where)) {
+      most = maximum;
+      depth = piece.t0 + where * (piece.t1 - piece.t0);
+    }
+    error = std::max(error, allowed);
+    return true;
+  });
+  return {Vec3::Constant(most), 1, depth, error};
+}
+
+RayCaster caster(const FieldView& field, PieceSource pieces, const Scene& scene, const RenderOptions& options,
+                 double smallest_spacing) {
+  require_valid(options);
+  if (scene.model == Model::xray) {
+    return [pieces = std::move(pieces)](const camera::Ray& ray, const Chord& chord, RenderCounts& counts) {
+      return xray(ray, chord, pieces, counts);
+    };
+  }
+  if (scene.model == Model::mip) {
+    return [pieces = std::move(pieces), tolerance = options.tolerance](
+               const camera::Ray& ray, const Chord& chord, RenderCounts& counts) {
+      return mip(ray, chord, pieces, tolerance, counts);
+    };
+  }
+  const auto optics =
+      std::make_shared<const Optics>(scene.transfer, resolved_reference_length(scene, smallest_spacing));
+  std::optional<BlinnPhong> shading;
+  if (scene.shading) shading.emplace(*scene.shading);
+  const double brightest =
+      (shading ? shading->brightest() : Lit{})(Vec3::Constant(optics->brightest())).maxCoeff();
+  return [=, pieces = std::move(pieces), tolerance = options.tolerance](
+             const camera::Ray& ray, const Chord& chord, RenderCounts& counts) {
+    ReferenceIntegral::Light light;
+    if (shading) {
+      light = [&](double t) {
+        ++counts.gradients;
+        return (*shading)(field.gradient(ray.origin + t * ray.direction), ray.direction);
+      };
+    }
+    ReferenceIntegral integral(*optics, tolerance, chord.length(), brightest, std::move(light));
+    counts.samples += pieces(ray, chord, [&](const RayPiece& piece) { return integral.add(piece); });
+    counts.samples += integral.evaluations();
+    return integral.pixel();
+  };
+}
+
+}  // namespace
+
+RayCaster reference_caster(const FieldView& field, const Scene& scene, const RenderOptions& options) {
+  const auto pieces = [field](const camera::Ray& ray, const Chord& chord, const PieceSink& sink) {
+    return fit_pieces(field, ray, chord, sink);
+  };
+  return caster(field, pieces, scene, options, 0);
+}
+
+RayCaster reference_caster(const volume::Volume& volume, const Scene& scene, const RenderOptions& options) {
+  (void)volume::value_range(volume);  // refuses NaN and infinity
+  const auto grid_pieces = std::make_shared<const GridPieces>(volume, options.reconstruction);
+  const GridField field(volume, options.reconstruction);  // for the gradients of shading
+  const auto pieces = [grid_pieces, field](const camera::Ray& ray, const Chord& chord,
+                                           const PieceSink& sink) {
+    (*grid_pieces)(ray, chord, sink);
+    return std::int64_t{0};
+  };
+  return caster(field.view(), pieces, scene, options, volume.geometry().spacing.minCoeff());
+}
+
+RenderResult raycast_reference(const FieldView& field, const Scene& scene, const RenderOptions& options) {
+  return draw(field.bounds, scene, options, reference_caster(field, scene, options));
+}
+
+RenderResult raycast_reference(const volume::Volume& volume, const Scene& scene,
+                               const RenderOptions& options) {
+  return draw(volume::field_bounds(volume.geometry()), scene, options,
+              reference_caster(volume, scene, options));
+}
+
+}  // namespace vol::render
