@@ -11,7 +11,7 @@ import sys
 
 
 def figures(tool, image, reference):
-    done = subprocess.run([tool, image, reference, "--json"], capture_output=True, text=True)
+    done = subprocess.run([tool, image, reference, "--json", "--metric", "mse_byte"], capture_output=True, text=True)
     if done.returncode not in (0, 1):
         sys.exit(done.stderr.strip() or f"{tool} ended with status {done.returncode} on {image}")
     return json.loads(done.stdout)

@@ -89,6 +89,8 @@ def parse_help(name, text, version):
             close()
             match = re.match(r"  (\S.*?)(?:\s{2,}(.*))?$", line)
             left, words = match.group(1), [match.group(2) or ""]
+        elif re.match(r"      \S", line) and left is not None:  # a long list of choices goes on
+            left += line.strip()
         elif line.startswith("   ") and left is not None:
             words.append(line.strip())
     close()

@@ -1,10 +1,11 @@
 #include "cli/run.h"
 
+#include <unistd.h>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <new>
-#include <unistd.h>
 
 #include "base/error.h"
 #include "base/parallel.h"
@@ -14,7 +15,6 @@
 
 namespace vol::cli {
 namespace {
-
 
 enum ExitStatus : int { kDone = 0, kCouldNot = 2, kNoDevice = 3 };
 
@@ -41,13 +41,17 @@ struct CommonOptions {
 void add_common_options(CLI::App& app, const ToolInfo& tool, CommonOptions& common) {
   app.name(tool.name);
   app.set_help_flag("-h,--help", "Print this help and exit");
-  app.set_version_flag("--version", std::string(tool.name) + " (precis) " + std::string(version()) + " " + std::string(commit()),
-                       "Print the version and exit");
+  app.set_version_flag(
+      "--version",
+      std::string(tool.name) + " (precis) " + std::string(version()) + " " + std::string(commit()),
+      "Print the version and exit");
   app.set_config("--config", "", "Read options from a file (TOML: option = value)");
-  app.add_option("--stats", common.stats, "Write the stats record of the run as JSON to FILE, - for standard error")
+  app.add_option("--stats", common.stats,
+                 "Write the stats record of the run as JSON to FILE, - for standard error")
       ->type_name("FILE");
   app.add_flag("--checksum", common.checksum, "Put the SHA-256 of inputs and outputs into the stats record");
-  app.add_option("--threads", common.threads, "Number of threads, 0 for one a core; results do not depend on it")
+  app.add_option("--threads", common.threads,
+                 "Number of threads, 0 for one a core; results do not depend on it")
       ->type_name("N")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
@@ -59,7 +63,8 @@ void add_common_options(CLI::App& app, const ToolInfo& tool, CommonOptions& comm
   }
   app.add_flag("--quiet", common.quiet, "No messages but errors and warnings");
   app.add_flag("--verbose", common.verbose, "Say more on standard error");
-  for (const char* name : {"--help", "--version", "--config", "--stats", "--checksum", "--threads", "--quiet", "--verbose"}) {
+  for (const char* name :
+       {"--help", "--version", "--config", "--stats", "--checksum", "--threads", "--quiet", "--verbose"}) {
     app.get_option(name)->group("Run");
   }
   if (tool.repeats) app.get_option("--repeat")->group("Run");
@@ -87,13 +92,41 @@ int complain(const char* tool, const char* message) {
   return kCouldNot;
 }
 
+constexpr std::size_t kHelpColumns = 100, kHelpTextColumn = 30;
+
+/// CLI11 does not break lines. What is longer than kHelpColumns is broken at a space, or within a list of
+/// choices after a comma, and goes on under the column that it stands in.
+std::string wrap_help(const std::string& help) {
+  std::string wrapped;
+  for (std::size_t begin = 0; begin < help.size();) {
+    const std::size_t end = std::min(help.find('\n', begin), help.size());
+    std::string line = help.substr(begin, end - begin);
+    begin = end + 1;
+    const bool entry = line.starts_with("  ");
+    const bool has_text =
+        entry && line.size() > kHelpTextColumn && line.substr(kHelpTextColumn - 2, 2) == "  ";
+    const std::size_t indent = has_text ? kHelpTextColumn : entry ? 6 : 0;
+    while (line.size() > kHelpColumns) {
+      std::size_t cut = line.rfind(' ', kHelpColumns);
+      if (cut == std::string::npos || cut <= indent) cut = line.rfind(',', kHelpColumns - 1);
+      if (cut == std::string::npos || cut <= indent) break;  // one long word
+      const std::size_t next = cut + 1;
+      if (line[cut] == ',') ++cut;
+      wrapped += line.substr(0, cut) + "\n";
+      line = std::string(indent, ' ') + line.substr(next);
+    }
+    wrapped += line + "\n";
+  }
+  return wrapped;
+}
+
 /// CLI11 numbers its errors from 100 and prints two lines; a user gets one line and a 2.
 int usage_error(const CLI::App& app, const ToolInfo& tool, const CLI::ParseError& error) {
   if (error.get_exit_code() == 0) {
     if (dynamic_cast<const CLI::CallForVersion*>(&error) != nullptr) {
       std::printf("%s\n", error.what());
     } else {
-      std::fputs(app.help().c_str(), stdout);
+      std::fputs(wrap_help(app.help()).c_str(), stdout);
     }
     return std::fflush(stdout) == 0 ? kDone : kCouldNot;
   }
