@@ -1,0 +1,63 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/file.h"
+#include "volume/volume.h"
+
+namespace vol::io {
+
+/// What a headerless file holds: nothing in it can be checked but its size.
+struct RawLayout {
+  Dims dims{0, 0, 0};  ///< x fastest
+  volume::VoxelType type = volume::VoxelType::u8;
+  bool big_endian = false;
+  std::int64_t skip = 0;  ///< bytes before the first voxel
+  Vec3 spacing{1, 1, 1};  ///< world distance between samples
+};
+
+struct ReadOptions {
+  std::string array;             ///< name of the array, where a file has several; empty: the first scalar one
+  std::optional<RawLayout> raw;  ///< read the file as headerless data
+  std::optional<int> volume;     ///< which volume of a 4-D NIfTI file, from 0
+  std::optional<double> missing;  ///< replaces NaN and infinities, which are refused otherwise
+  std::int64_t memory_limit = physical_memory();  ///< bytes the voxels may take
+
+  /// Bytes of memory in this machine.
+  [[nodiscard]] static std::int64_t physical_memory();
+};
+
+/// Reads a volume: NRRD (attached, detached; raw, gzip, ascii), MetaImage (.mha, .mhd), VTK XML image data
+/// (.vti), legacy VTK structured points (.vtk), NIfTI-1 (.nii, .nii.gz, .hdr/.img) or raw. The format is told
+/// by the first bytes; "-" is standard input. Voxels keep their type, save that a NIfTI scaling gives f32 or
+/// f64. Key/value pairs come as attributes.
+///
+/// Memory taken grows with the data that come, not with what a header promises. Throws vol::Error, one line
+/// that names the file at fault (of detached data, the data file): too few or too many data, unusable
+/// geometry, a type no volume has, NaN or infinity unless `missing` is set, more than memory_limit.
+[[nodiscard]] volume::Volume read_volume(const std::filesystem::path& path, const ReadOptions& options = {});
+/// The same from a file that is open, so that a caller can look at its first bytes before.
+[[nodiscard]] volume::Volume read_volume(InputFile& file, const ReadOptions& options = {});
+
+/// Name of the format that the first bytes tell ("NRRD", "MetaImage", ...), or "" where none is known.
+[[nodiscard]] std::string_view volume_format(InputFile& file);
+
+struct WriteOptions {
+  std::string format;     ///< an extension without its dot; empty: that of the path, nrrd for "-"
+  bool compress = false;  ///< zlib; raw cannot
+};
+
+/// Writes a volume: nrrd, nhdr (header and data apart), mha, mhd (header and data apart), vti or raw. The
+/// same volume gives the same bytes. f16 is a type that none of these but raw has: it goes in as f32 with a
+/// `precis.voxel_type` attribute and comes back as f16. Files appear whole or not at all.
+///
+/// \return what the format could not hold (space, attributes ...), one sentence each; empty for a faithful
+/// copy \throws vol::Error for an unknown format or a file that cannot be written
+std::vector<std::string> write_volume(const std::filesystem::path& path, const volume::Volume& volume,
+                                      const WriteOptions& options = {});
+
+}  // namespace vol::io
