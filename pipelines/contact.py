@@ -4,6 +4,7 @@ from the truth, columns error bounds; the truth itself stands first."""
 
 import argparse
 import pathlib
+import shlex
 import subprocess
 import tempfile
 
@@ -14,6 +15,8 @@ import matplotlib.pyplot as plt  # noqa: E402
 
 import records  # noqa: E402
 import sweep  # noqa: E402
+
+DIFFERENCE_SCALE = 0.1  # the difference, on the colour scale, that is drawn brightest
 
 
 def main():
@@ -34,11 +37,12 @@ def main():
     truth = out / "truth" / dataset / scene / "reference.exr"
 
     def picture(folder, run):
-        """The rendering and its difference from the truth as arrays; differences share one colour scale."""
+        """The rendering and its absolute difference from the truth; the differences share one colour scale."""
         image = out / "runs" / run.group / run.series / f"{run.name}.exr"
         shown, difference = folder / "shown.png", folder / "difference.png"
-        subprocess.run([f"{arguments.bin}/img-compare", image, image, "--difference", shown], check=False)
-        subprocess.run([f"{arguments.bin}/img-compare", image, truth, "--difference", difference], check=False)
+        subprocess.run([*shlex.split(f"{arguments.bin}/{sweep.raycast(run, swept, out)} -o"), shown, "--quiet"], check=True)
+        subprocess.run([f"{arguments.bin}/img-compare", image, truth, "--difference", difference, "--difference-scale",
+                        str(DIFFERENCE_SCALE), "--metric", "max", "--quiet"], check=True, stdout=subprocess.DEVNULL)
         return plt.imread(shown), plt.imread(difference)
 
     wavelets, epsilons = swept["wavelets"], swept["epsilons"]

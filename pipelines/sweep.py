@@ -86,3 +86,18 @@ def runs(config, datasets):
                             for epsilon in config["epsilons"]:
                                 listed.append(Run(dataset, scene, method, quadrature, step, wavelet, str(epsilon)))
     return listed
+
+
+def volume(dataset, out):
+    return f"{out}/volumes/{dataset}.nrrd"
+
+
+def scene(group):
+    return f"configs/scenes/{group.split('/')[1]}.yaml"
+
+
+def raycast(run, config, out):
+    """The command that renders a run, but for its output."""
+    index = f" --index {out}/runs/{run.group}/{run.series}/{run.name}.nrrd" if run.wavelet else ""
+    return (f"vol-raycast {volume(run.dataset, out)} --scene {scene(run.group)} --size {config['size']}"
+            f" --quadrature {run.quadrature} --step {run.step}{index} {config['methods'][run.method].get('render', '')}")
