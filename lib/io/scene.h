@@ -1,0 +1,45 @@
+#pragma once
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+#include "render/options.h"
+
+namespace vol::io {
+
+/// What a scene file says; what it leaves out is the program's default.
+///
+///     camera: {azimuth: 30, elevation: 20, width: 100}   # or fov: 30, distance: 200 for perspective;
+///     target, up transfer: bone.yaml            # beside the scene; or the map of a transfer function,
+///     inline reference_length: 1            # world length the opacities are for; default: the smallest
+///     spacing shading: true                  # or {ambient, diffuse, specular, exponent, light: [x, y, z]};
+///     default: none background: [0, 0, 0]          # linear RGB model: composite               # or xray,
+///     mip quadrature: trapezoid step: 0.5v                     # or a world length reconstruction: trilinear
+struct SceneFile {
+  render::Scene scene;
+  bool has_transfer = false;
+  std::optional<render::Quadrature> quadrature;
+  std::optional<std::string> step;  ///< as --step takes it
+  std::optional<volume::Reconstruction> reconstruction;
+};
+
+/// Reads a scene (YAML). \throws vol::Error naming file and line: unknown or repeated key, wrong form, value
+/// out of range, file over 1 MB, what TransferFunction refuses
+[[nodiscard]] SceneFile read_scene(const std::filesystem::path& path);
+
+/// Reads a transfer function:
+///     space: srgb                            # of the colours; default linear
+///     range: [0, 255]                        # values below are scaled from [0, 1] to this; default: as they
+///     are colours: [[0, 0, 0, 0], [255, 1, 1, 1]]      # value, red, green, blue opacity: [[0, 0], [255,
+///     0.3]]                # value, opacity for one reference length
+/// or, by extension .json, a ParaView preset (the first of its list): RGBPoints, sRGB, become linear points
+/// and are joined in linear light whatever its ColorSpace; Points with midpoint and sharpness become VTK's
+/// curve, sampled where it is not piecewise linear; a preset without Points gets opacity 0 to 1 over its
+/// range.
+[[nodiscard]] transfer::TransferFunction read_transfer_function(const std::filesystem::path& path);
+
+/// A scene as it was resolved, for provenance.
+[[nodiscard]] nlohmann::json to_json(const render::Scene& scene);
+
+}  // namespace vol::io

@@ -1,0 +1,15 @@
+#pragma once
+#include <yaml-cpp/yaml.h>
+
+#include <filesystem>
+
+#include "transfer/transfer_function.h"
+
+namespace vol::io {
+
+/// A YAML file of at most 1 MB; \throws vol::Error naming the file and the line of a syntax error.
+[[nodiscard]] YAML::Node load_yaml(const std::filesystem::path& path);
+/// The map of a transfer function (io/scene.h says which keys).
+[[nodiscard]] transfer::TransferFunction parse_transfer_function(const YAML::Node& node);
+
+}  // namespace vol::io
