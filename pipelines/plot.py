@@ -16,14 +16,15 @@ import records  # noqa: E402
 COST = {"samples": ("samples", "samples"), "time": ("time_s", "rendering time, s")}
 LINES = {"rectangle": ("0.55", "-"), "trapezoid": ("0.35", "--"), "preintegrated": ("0.1", ":"), "split": ("0.1", "-.")}
 COLOURS = {"haar": "tab:blue", "daubechies-4": "tab:orange", "battle-lemarie": "tab:green"}
-MARKS = {"blind": "x", "look-ahead": "o"}
+MARKS = {"blind": "x", "look-ahead": "o", "classified": "D"}
 
 
 def curve(axes, rows, cost, **style):
+    """Joined in the order of the rows: of growing accuracy or growing error bound."""
     points = [(float(row[cost]), float(row["mse_truth"])) for row in rows]
     points = [(x, y) for x, y in points if x > 0 and y > 0]
     if points:
-        axes.loglog(*zip(*sorted(points)), **style)
+        axes.loglog(*zip(*points), **style)
 
 
 def panel(axes, rows, cost):
@@ -54,7 +55,7 @@ def main():
         for axes, group in zip(grid.flat, groups):
             panel(axes, [row for row in table if (row["dataset"], row["scene"]) == group], cost)
             axes.set_title(", ".join(group), fontsize=9)
-            axes.tick_params(labelsize=7)
+            axes.tick_params(labelsize=7, which="both")
         for axes in grid.flat[len(groups):]:
             axes.axis("off")
         for axes in grid[:, 0]:
