@@ -1,0 +1,207 @@
+// vol-raycast: ray casting of a volume, uniform, index-guided, or the reference integral.
+//   vol-raycast head.nrrd -o head.exr --scene configs/scenes/ct-head.yaml --size 512x512 --stats head.json
+//   vol-raycast head.nrrd -o truth.exr --scene configs/scenes/ct-head.yaml --quadrature reference --tolerance
+//   1e-8
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "cli/options.h"
+#include "cli/run.h"
+#include "cli/volume_input.h"
+#include "io/index.h"
+#include "io/scene.h"
+#include "io/write_image.h"
+#include "render/names.h"
+#include "render/packet.h"
+#include "render/raycast.h"
+
+namespace {
+
+using namespace vol;
+
+struct Options {
+  cli::VolumeInput input;
+  std::filesystem::path output, scene, index;
+  std::string format, view, size = "512x512", model, quadrature, step, reconstruction, algorithm = "packet";
+  std::optional<double> width, fov;
+  render::RenderOptions render;
+  bool no_skip = false;
+};
+
+void declare(CLI::App& app, Options& o) {
+  cli::add_volume_input(app, o.input);
+  app.add_option("-o,--output", o.output,
+                 "Picture (.exr: R, G, B, A, samples, depth; .png); - is standard output")
+      ->required()
+      ->group("Files");
+  app.add_option("--format", o.format, "exr or png [by extension; exr]")->group("Files");
+  app.add_option("--scene", o.scene, "Scene (YAML); without it a grey ramp over the volume's range")
+      ->group("Files");
+  app.add_option("--index", o.index, "Index volume of vol-index: where steps may be longer")->group("Files");
+
+  const char* picture = "Picture (overrules the scene)";
+  app.add_option("--size", o.size, "WIDTHxHEIGHT in pixels")->capture_default_str()->group(picture);
+  app.add_option("--view", o.view, "AZIMUTH,ELEVATION in degrees [0,0: along -z]")->group(picture);
+  auto* width =
+      app.add_option("--width", o.width, "World width of the picture, orthographic [1.6 longest edge]")
+          ->check(CLI::PositiveNumber)
+          ->group(picture);
+  app.add_option("--fov", o.fov, "Vertical field of view in degrees: a perspective view")
+      ->check(CLI::Range(1e-3, 179.0))
+      ->excludes(width)
+      ->group(picture);
+  app.add_option("--model", o.model,
+                 "composite (emission-absorption), xray (integral), mip (maximum) [composite]")
+      ->check(CLI::IsMember({"composite", "xray", "mip"}))
+      ->group(picture);
+
+  const char* accuracy = "Accuracy against cost";
+  app.add_option("--quadrature", o.quadrature,
+                 "rectangle (order 1), trapezoid, preintegrated (order 2), reference (adaptive) [trapezoid]")
+      ->check(CLI::IsMember({"rectangle", "trapezoid", "preintegrated", "reference"}))
+      ->group(accuracy);
+  app.add_option("--step", o.step,
+                 "Between samples: world length, or 0.5v for half the smallest spacing [0.5v]")
+      ->group(accuracy);
+  app.add_option("--reconstruction", o.reconstruction,
+                 "nearest, trilinear, catmull-rom, b-spline [trilinear]")
+      ->check(CLI::IsMember({"nearest", "trilinear", "catmull-rom", "b-spline"}))
+      ->group(accuracy);
+  app.add_option("--tolerance", o.render.tolerance,
+                 "Reference: absolute error of a pixel, on the colour scale")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str()
+      ->group(accuracy);
+  app.add_option("--termination", o.render.termination,
+                 "End a ray at this transmittance, 0 to 1; 0 for truth")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str()
+      ->group(accuracy);
+  app.add_flag("--no-skip", o.no_skip, "Sample also what the transfer function makes invisible")
+      ->group(accuracy);
+  app.add_option("--algorithm", o.algorithm, "packet (float, SIMD) or plain (double, its oracle)")
+      ->check(CLI::IsMember({"packet", "plain"}))
+      ->capture_default_str()
+      ->group(accuracy);
+}
+
+/// Colour and opacity proportional to the value over the volume's range, opacity up to 0.1 a voxel.
+transfer::TransferFunction grey_ramp(const volume::Range& range) {
+  return {{{range.min, Vec3::Zero()}, {range.max, Vec3::Ones()}}, {{range.min, 0}, {range.max, 0.1}}};
+}
+
+/// The scene file with the command line over it; fills o.render but for the step.
+io::SceneFile resolve(Options& o) {
+  io::SceneFile file = o.scene.empty() ? io::SceneFile{} : io::read_scene(o.scene);
+  camera::View& view = file.scene.view;
+  if (!o.view.empty()) {
+    const auto angles = cli::parse_view("--view", o.view);
+    view.azimuth = angles[0];
+    view.elevation = angles[1];
+  }
+  if (o.width) {
+    view.width = o.width;
+    view.projection = camera::Projection::orthographic;
+  }
+  if (o.fov) {
+    view.fov = *o.fov;
+    view.width.reset();
+    view.projection = camera::Projection::perspective;
+  }
+  if (!o.model.empty()) file.scene.model = render::model_from_name(o.model);
+  const auto size = cli::parse_image_size("--size", o.size);
+  o.render.width = size[0];
+  o.render.height = size[1];
+  if (file.quadrature) o.render.quadrature = *file.quadrature;
+  if (!o.quadrature.empty()) o.render.quadrature = render::quadrature_from_name(o.quadrature);
+  if (file.reconstruction) o.render.reconstruction = *file.reconstruction;
+  if (!o.reconstruction.empty()) o.render.reconstruction = render::reconstruction_from_name(o.reconstruction);
+  o.render.skip_empty = !o.no_skip;
+  return file;
+}
+
+render::RenderResult cast(const volume::Volume& volume, const render::Scene& scene, const Options& o,
+                          const index::IndexVolume* index) {
+  if (o.render.quadrature == render::Quadrature::reference) {
+    return render::raycast_reference(volume, scene, o.render);
+  }
+  return o.algorithm == "plain" ? render::raycast_plain(volume, scene, o.render, index)
+                                : render::raycast_packet(volume, scene, o.render, index);
+}
+
+void report(const render::RenderResult& result, const Options& o, cli::Record& record) {
+  record.count("rays", result.counts.rays);
+  record.count("samples", result.counts.samples);
+  record.count("gradients", result.counts.gradients);
+  record.count("skipped", result.counts.skipped);
+  record.count("terminated", result.counts.terminated);
+  if (result.counts.rays > 0) {
+    record.result("samples_per_ray", double(result.counts.samples) / double(result.counts.rays));
+  }
+  if (o.render.quadrature == render::Quadrature::reference) {
+    record.error("pixel_maximum_estimate", result.error_estimate);
+    if (result.error_estimate > 10 * o.render.tolerance) {
+      record.warn("the reference reached an error of about " + std::to_string(result.error_estimate));
+    }
+  }
+}
+
+int work(Options& o, cli::Record& record) {
+  io::require_image_format(o.output, o.format);
+  io::SceneFile file = resolve(o);  // wrong words are answered before a large file is read
+  if (!o.scene.empty()) record.input(o.scene);
+  const volume::Volume volume = cli::load(o.input, record);
+  const double spacing = volume.geometry().spacing.minCoeff();
+  render::Scene& scene = file.scene;
+  if (!file.has_transfer) scene.transfer = grey_ramp(volume::value_range(volume));
+  if (scene.reference_length == 0) scene.reference_length = spacing;
+
+  std::optional<index::IndexVolume> index;
+  if (!o.index.empty()) {
+    if (o.render.quadrature == render::Quadrature::reference)
+      throw Error("--index: the reference takes no steps");
+    record.input(o.index);
+    auto read = record.timed("read", [&] { return io::read_index(o.index); });
+    index = std::move(read.index);
+    record.resolved("index", read.attributes);
+    o.render.step = index->standard_distance();
+  }
+  const std::string step = !o.step.empty() ? o.step : file.step.value_or("0.5v");
+  if (!index || !o.step.empty()) o.render.step = cli::parse_step("--step", step, spacing);
+  if (index && std::abs(o.render.step / index->standard_distance() - 1) > 1e-6) {
+    record.warn("--step differs from the index's standard distance, " +
+                std::to_string(index->standard_distance()) + ": its bound does not hold");
+  }
+  record.resolved("scene", io::to_json(scene));
+  record.resolved("quadrature", render::name(o.render.quadrature));
+  record.resolved("reconstruction", render::name(o.render.reconstruction));
+  record.resolved("step_world", o.render.step);
+
+  auto result = record.repeated("render", [&] { return cast(volume, scene, o, index ? &*index : nullptr); });
+  report(result, o, record);
+  for (const auto& [key, value] : record.provenance()) result.image.attributes[key] = value;
+  const Vec3& b = scene.background;
+  result.image.attributes["precis.background"] = nlohmann::json{b[0], b[1], b[2]}.dump();
+  record.timed("write", [&] { io::write_image(o.output, result.image, o.format, {b[0], b[1], b[2]}); });
+  record.output(o.output);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Ray casting of a volume to a picture: emission-absorption, X-ray or maximum projection.\n"
+      "Steps may be uniform or guided by an index; --quadrature reference is the truth, to a stated "
+      "tolerance."};
+  Options options;
+  declare(app, options);
+  return cli::run(
+      app,
+      {.name = "vol-raycast",
+       .example = "vol-phantom marschner-lobb -o - | vol-raycast - -o ml.exr --view 30,20 --size 256x256",
+       .references = "Max 1995; He 1998",
+       .repeats = true},
+      argc, argv, [&](cli::Record& record) { return work(options, record); });
+}
