@@ -1,0 +1,27 @@
+#pragma once
+#include <memory>
+#include <string_view>
+
+#include "volume/analytic_field.h"
+
+// Private to lib/volume: the closed forms on [-1,1]^3, one .cpp a family.
+namespace vol::volume {
+
+class AnalyticForm {
+ public:
+  virtual ~AnalyticForm() = default;
+  [[nodiscard]] virtual double value(const Vec3& p) const = 0;
+  [[nodiscard]] virtual Vec3 gradient(const Vec3& p) const = 0;
+  [[nodiscard]] virtual Range range() const { return {0, 1}; }
+};
+
+using FormPointer = std::shared_ptr<const AnalyticForm>;
+
+// Null where the name is not one of the family.
+[[nodiscard]] FormPointer make_elementary_form(std::string_view name, const AnalyticOptions& options);
+[[nodiscard]] FormPointer make_blob_form(std::string_view name, const AnalyticOptions& options);
+[[nodiscard]] FormPointer make_shape_form(std::string_view name, const AnalyticOptions& options);
+[[nodiscard]] FormPointer make_stepped_form(std::string_view name, const AnalyticOptions& options);
+[[nodiscard]] FormPointer make_protein_form(std::string_view name, const AnalyticOptions& options);
+
+}  // namespace vol::volume
