@@ -1,0 +1,246 @@
+#include "render/packet.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "render/packet_rays.h"
+#include "render/packet_transfer.h"
+#include "render/picture.h"
+#include "render/shading.h"
+#include "volume/grid_sampler.h"
+
+namespace vol::render {
+namespace {
+
+using volume::VoxelType;
+
+bool is_native(VoxelType type) {
+  return type == VoxelType::u8 || type == VoxelType::u16 || type == VoxelType::i16 || type == VoxelType::f32;
+}
+
+bool is_covered(const volume::Volume& volume, const Scene& scene, const RenderOptions& options) {
+  using volume::Reconstruction;
+  if (options.quadrature == Quadrature::reference) return false;
+  if (options.quadrature == Quadrature::preintegrated && scene.model == Model::composite) return false;
+  if (options.reconstruction != Reconstruction::nearest && options.reconstruction != Reconstruction::trilinear) {
+    return false;
+  }
+  const volume::FieldBounds bounds = volume::field_bounds(volume.geometry());
+  double diagonal = 0;  // of the box, at most
+  for (int a = 0; a < 3; ++a) diagonal += bounds.edges.col(a).norm();
+  if (!(diagonal / options.step < kMostSegments - 1)) return false;
+  constexpr double kAddressable = 2147483647.0;
+  const auto count = static_cast<double>(volume.geometry().count());
+  switch (volume.voxel_type()) {
+    case VoxelType::u8: return count < kAddressable;
+    case VoxelType::u16:
+    case VoxelType::i16: return 2 * count < kAddressable;
+    default: return count < kAddressable;
+  }
+}
+
+void set_volume(const volume::Volume& volume, PacketJob& job) {
+  const Dims& dims = volume.geometry().dims;
+  std::int32_t unit = 1;
+  switch (volume.voxel_type()) {
+    case VoxelType::u8: job.type = PacketVoxels::u8; break;
+    case VoxelType::u16: job.type = PacketVoxels::u16; unit = 2; break;
+    case VoxelType::i16: job.type = PacketVoxels::i16; unit = 2; break;
+    default: job.type = PacketVoxels::f32; break;
+  }
+  job.voxels = volume::visit(volume, [](const auto& grid) { return static_cast<const void*>(grid.voxels.data()); });
+  std::int64_t stride = unit;
+  for (int a = 0; a < 3; ++a) {
+    job.stride[a] = dims[a] > 1 ? static_cast<std::int32_t>(stride) : 0;
+    job.neighbour[a] = job.stride[a];
+    stride *= dims[a];
+  }
+}
+
+void set_shading(const volume::GridGeometry& geometry, const Shading& shading, PacketJob& job) {
+  (void)BlinnPhong(shading);  // its checks
+  job.shaded = true;
+  const Mat3 to_world = geometry.world_to_index_matrix().transpose();
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) {
+      job.to_world[3 * r + c] = geometry.dims[c] > 1 ? static_cast<float>(to_world(r, c)) : 0.0F;
+    }
+  }
+  job.ambient = static_cast<float>(shading.ambient);
+  job.diffuse = static_cast<float>(shading.diffuse);
+  job.specular = static_cast<float>(shading.specular);
+  job.exponent = static_cast<float>(shading.exponent);
+  job.headlight = !shading.light;
+  if (shading.light) {
+    const Vec3 light = shading.light->stableNormalized();
+    for (int a = 0; a < 3; ++a) job.light[a] = static_cast<float>(light[a]);
+  }
+}
+
+/// 1 where a macrocell's values are all invisible, even after the rounding of interpolation and table look-up.
+Buffer<std::uint8_t> invisible_macrocells(const index::Macrocells& cells, const transfer::TransferFunction& transfer,
+                                          bool& any) {
+  Buffer<std::uint8_t> flags(cells.ranges.size());
+  any = false;
+  for (std::size_t c = 0; c < flags.size(); ++c) {
+    const double lo = cells.ranges[c].min, hi = cells.ranges[c].max;
+    const double magnitude = lo < hi ? std::max(std::abs(lo), std::abs(hi)) : 0;
+    const double slack = 1e-6 * std::max(magnitude, hi - double(cells.all.min));
+    flags[c] = transfer.max_opacity(lo - slack, hi + slack) == 0;
+    any = any || flags[c];
+  }
+  return flags;
+}
+
+/// The index's nibbles with readable bytes behind them.
+Buffer<std::uint8_t> set_index(const index::IndexVolume& index, PacketJob& job) {
+  Buffer<std::uint8_t> nibbles(index.nibbles().begin(), index.nibbles().end());
+  job.nibbles = nibbles.data();
+  job.row_bytes = static_cast<std::int32_t>(index.row_bytes());
+  job.slice_bytes = static_cast<std::int32_t>(index.row_bytes() * index.dims()[1]);
+  job.reduction = index.reduction();
+  job.inverse_reduction = 1.0F / static_cast<float>(index.reduction());
+  return nibbles;
+}
+
+struct Picture {
+  const PacketJob& job;
+  const PacketRayMaker& maker;
+  const Scene& scene;
+  const RenderOptions& options;
+  image::Image& image;
+};
+
+/// One packet at pixel (x0, y0), w x h pixels of lanes.
+void cast_packet(const Picture& picture, int x0, int y0, int w, int h, PacketRays& rays, PacketPixels& pixels,
+                 RenderCounts& counts) {
+  PacketRayMaker::Lane lanes[kMaxLanes];
+  bool any = false;
+  for (int lane = 0; lane < w * h; ++lane) {
+    const int x = x0 + lane % w, y = y0 + lane / w;
+    lanes[lane] = {};
+    if (x < picture.options.width && y < picture.options.height) {
+      lanes[lane] = picture.maker.make(x, y, lane, rays);
+    } else {
+      PacketRayMaker::clear(lane, rays);
+    }
+    any = any || lanes[lane].hit;
+  }
+  if (!any) return;
+  const Model model = picture.scene.model;
+  const auto cast = model == Model::composite ? cast_composite : model == Model::xray ? cast_xray : cast_mip;
+  cast(picture.job, rays, pixels);
+  const double scale = model == Model::xray ? picture.options.step : 1;
+  for (int lane = 0; lane < w * h; ++lane) {
+    if (!lanes[lane].hit) continue;
+    const int x = x0 + lane % w, y = y0 + lane / w;
+    for (int c = 0; c < 3; ++c) {
+      const auto colour = static_cast<float>(double(pixels.colour[c][lane]) * scale);
+      if (!std::isfinite(colour)) {
+        throw Error("a pixel reaches a value that float cannot hold; scale the volume");
+      }
+      picture.image.at(x, y, c) = colour;
+    }
+    picture.image.at(x, y, 3) = pixels.alpha[lane];
+    picture.image.at(x, y, 4) = static_cast<float>(pixels.samples[lane]);
+    const Chord& chord = lanes[lane].chord;
+    if (pixels.depth_node[lane] >= 0) {
+      const double t = chord.entry + (pixels.depth_node[lane] + double(pixels.depth_part[lane])) * picture.options.step;
+      picture.image.at(x, y, 5) = static_cast<float>(std::min(t, chord.exit));
+    }
+    ++counts.rays;
+    counts.samples += pixels.samples[lane];
+    counts.gradients += pixels.gradients[lane];
+    counts.skipped += pixels.skipped[lane];
+    counts.terminated += pixels.terminated[lane];
+  }
+}
+
+/// Tiles of 32 x 32 pixels, one task each; packets of nearly square footprint, so that rays share cache lines.
+RenderCounts cast_tiles(const Picture& picture) {
+  constexpr int kTile = 32;
+  const int lanes = packet_lanes();
+  const int w = lanes >= 8 ? 4 : lanes >= 4 ? 2 : 1, h = lanes / w;
+  const int across = (picture.options.width + kTile - 1) / kTile, down = (picture.options.height + kTile - 1) / kTile;
+  const auto tile = [&](std::int64_t first, std::int64_t) {
+    RenderCounts counts;
+    PacketRays rays{};
+    PacketPixels pixels{};
+    const int left = static_cast<int>(first) % across * kTile, top = static_cast<int>(first) / across * kTile;
+    for (int y = top; y < std::min(top + kTile, picture.options.height); y += h) {
+      for (int x = left; x < std::min(left + kTile, picture.options.width); x += w) {
+        cast_packet(picture, x, y, w, h, rays, pixels, counts);
+      }
+    }
+    return counts;
+  };
+  return parallel_reduce<RenderCounts>(0, std::int64_t{across} * down, 1, tile,
+                                       [](RenderCounts& sum, const RenderCounts& c) {
+                                         sum.rays += c.rays;
+                                         sum.samples += c.samples;
+                                         sum.gradients += c.gradients;
+                                         sum.skipped += c.skipped;
+                                         sum.terminated += c.terminated;
+                                       });
+}
+
+}  // namespace
+
+RenderResult raycast_packet(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
+                            const index::IndexVolume* index, const index::Macrocells* macrocells) {
+  require_valid(options);
+  if (!is_covered(volume, scene, options)) return raycast_plain(volume, scene, options, index);
+  if (!is_native(volume.voxel_type())) {
+    (void)volume::value_range(volume);
+    return raycast_packet({volume::converted<float>(volume), {}}, scene, options, index, macrocells);
+  }
+  if (volume::is_floating_point(volume.voxel_type())) (void)volume::value_range(volume);  // refuses NaN, infinity
+  const volume::GridGeometry& geometry = volume.geometry();
+  if (index && index->volume_dims() != geometry.dims) {
+    throw Error("index volume was built for other dims than the volume's");
+  }
+
+  PacketJob job;
+  set_volume(volume, job);
+  job.nearest = options.reconstruction == volume::Reconstruction::nearest;
+  job.trapezoid = options.quadrature != Quadrature::rectangle;
+  job.termination = static_cast<float>(options.termination);
+  Buffer<std::uint8_t> invisible;
+  if (scene.model == Model::composite) {
+    std::optional<index::Macrocells> own;
+    if (!macrocells) macrocells = &own.emplace(index::macrocells(volume));
+    const double reference_length = resolved_reference_length(scene, geometry.spacing.minCoeff());
+    const bool integral = job.type != PacketVoxels::f32;
+    if (!tabulate(Optics(scene.transfer, reference_length), macrocells->all, integral,
+                  options.step / reference_length, job.trapezoid, job.transfer)) {
+      return raycast_plain(volume, scene, options, index);
+    }
+    if (scene.shading) set_shading(geometry, *scene.shading, job);
+    bool any = false;
+    if (options.skip_empty) invisible = invisible_macrocells(*macrocells, scene.transfer, any);
+    if (any) job.invisible = invisible.data();
+    job.macro_stride[1] = static_cast<std::int32_t>(macrocells->dims[0]);
+    job.macro_stride[2] = static_cast<std::int32_t>(macrocells->dims[0] * macrocells->dims[1]);
+  }
+  Buffer<std::uint8_t> nibbles;
+  if (index) nibbles = set_index(*index, job);
+
+  const volume::FieldBounds bounds = volume::field_bounds(geometry);
+  const RayBox box(bounds);
+  const camera::Camera camera(scene.view, bounds.centre(), bounds.longest_edge(), options.width, options.height);
+  const PacketRayMaker maker(geometry, box, camera, options.step, index);
+  RenderResult result{image::Image(options.width, options.height, {"R", "G", "B", "A", "samples", "depth"}), {}, 0};
+  for (int y = 0; y < options.height; ++y) {
+    for (int x = 0; x < options.width; ++x) result.image.at(x, y, 5) = std::numeric_limits<float>::infinity();
+  }
+  result.counts = cast_tiles({job, maker, scene, options, result.image});
+  result.error_estimate = std::numeric_limits<double>::quiet_NaN();
+  return result;
+}
+
+}  // namespace vol::render

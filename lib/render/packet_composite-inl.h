@@ -1,0 +1,339 @@
+// Included once per instruction set by packet_kernel.cpp.
+#if defined(VOL_RENDER_PACKET_COMPOSITE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef VOL_RENDER_PACKET_COMPOSITE_INL_H_
+#undef VOL_RENDER_PACKET_COMPOSITE_INL_H_
+#else
+#define VOL_RENDER_PACKET_COMPOSITE_INL_H_
+#endif
+
+#include <algorithm>
+
+#include "render/packet_optics-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace vol::render::HWY_NAMESPACE {
+
+/// Nodes between two looks at the macrocells.
+constexpr int kRun = 8;
+
+/// A packet on its way through the volume: one ray a lane, each at a node of its own.
+///
+/// Rectangle: node i opens segment i; the last node n - 1 opens the shorter last segment. Trapezoid: a segment is
+/// closed by its right node; `fresh` lanes have no left node yet. A lane that is done takes steps of length 0 at
+/// the place where it stopped, which add exactly nothing. A segment whose nodes have extinctions s0, s1 has the
+/// colour (s0 c0 + s1 c1) / (s0 + s1): a node known to be invisible counts as y = 0 without being sampled.
+template <PacketVoxels kVoxels, bool kTrapezoid, bool kIndex, int kChannels>
+class Composite {
+ public:
+  Composite(const PacketJob& job, const PacketRays& rays) : job_(job), rays_(rays) {
+    const DI d;
+    segments_ = hn::Load(d, rays.segments);
+    remainder_ = hn::Load(DF(), rays.remainder);
+    path_.position = load(rays.entry_whole, rays.entry_part);
+    step_ = load(rays.step_whole, rays.step_part);
+    path_.node = path_.left_node = samples_ = skipped_ = gradients_ = hn::Zero(d);
+    depth_node_ = constant_i(-1);
+    depth_part_ = hn::Zero(DF());
+    alive_ = hn::Gt(segments_, hn::Zero(d));
+    deep_ = hn::Not(float_mask(alive_));
+    fresh_ = alive_;
+    path_.transmittance = constant(1.0F);
+    left_length_ = hn::Zero(DF());
+    path_.left.y = hn::Zero(DF());
+    for (int c = 0; c < kChannels; ++c) path_.left.yq[c] = path_.sum[c] = hn::Zero(DF());
+    if (job.shaded) {
+      for (int a = 0; a < 3; ++a) ray_[a] = hn::Load(DF(), rays.direction[a]);
+    } else {
+      ray_[0] = ray_[1] = ray_[2] = hn::Zero(DF());
+    }
+    stops_ = job.termination > 0 || job.transfer.opaque || job.transfer.steepest * kLongest() < -20;
+    // |y| of any segment at most 1: 2^y needs no range reduction.
+    gentle_ = job.transfer.steepest * kLongest() >= -1;
+    if (job.invisible && kTrapezoid) end_invisible_ = invisible_at(job, load(rays.exit_whole, rays.exit_part));
+    if (!(job.invisible && kTrapezoid)) end_invisible_ = hn::Lt(segments_, hn::Zero(d));
+  }
+
+  void cast(PacketPixels& pixels) {
+    // Lattice nodes visited by the main loop; a rectangle's last one has its own length (an index knows it anyway).
+    const I limit = kTrapezoid || kIndex ? segments_ : hn::Sub(segments_, constant_i(1));
+    for (;;) {
+      if (job_.invisible) leap();
+      const MI active = hn::And(alive_, hn::Lt(path_.node, limit));
+      if (hn::AllFalse(DI(), active)) break;
+      run(active, limit);
+    }
+    if (kTrapezoid || !kIndex) finish();
+    store(pixels);
+  }
+
+ private:
+  static constexpr float kLongest() { return kIndex ? 32768.0F : 1.0F; }
+
+  /// Length, in steps, from a node to the ray's end.
+  HWY_INLINE F ahead(I node) const {
+    return hn::Add(to_float(hn::Sub(hn::Sub(segments_, constant_i(1)), node)), remainder_);
+  }
+
+  HWY_INLINE Lights<kChannels> sample(const Position& p) const {
+    Sampler<kVoxels> sampler;
+    const F value = sampler.value(job_, p);
+    return lights<kChannels>(job_, value, sampler, ray_);
+  }
+
+  HWY_INLINE I level_here() const {
+    return hn::IfThenElse(hn::Eq(path_.node, hn::Zero(DI())), hn::Load(DI(), rays_.first_level),
+                          index_level(job_, path_.position));
+  }
+
+  /// What changes from node to node, kept in registers while a run lasts.
+  struct Path {
+    Position position;
+    I node, left_node;
+    F transmittance;
+    F sum[kChannels];
+    Lights<kChannels> left;
+  };
+
+  /// Passes a segment of `length` steps (0: nothing happens), log2 of its transmittance y a step, and its nodes' sums
+  /// of y and y q: emission = alpha (sum of y q) / (sum of y).
+  HWY_INLINE void absorb(Path& path, F y, F sum_y, const F* sum_yq, F length) {
+    const F depth = hn::Mul(y, length);
+    F alpha, share;
+    if (gentle_) {
+      share = hn::Neg(hn::Mul(length, exp2m1_over(depth)));
+      alpha = hn::Mul(y, share);
+    } else {
+      alpha = one_minus_exp2(depth);
+      share = hn::Div(alpha, hn::Min(sum_y, constant(-1e-30F)));
+    }
+    const F weight = hn::Mul(path.transmittance, share);
+    const F behind = hn::NegMulAdd(path.transmittance, alpha, path.transmittance);
+    const M halfway = hn::AndNot(deep_, hn::Le(behind, constant(0.5F)));
+    if (HWY_UNLIKELY(!hn::AllFalse(DF(), halfway))) {
+      mark_depth(halfway, kTrapezoid ? path.left_node : path.node, path.transmittance, depth, length);
+    }
+    for (int c = 0; c < kChannels; ++c) path.sum[c] = hn::MulAdd(weight, sum_yq[c], path.sum[c]);
+    path.transmittance = behind;
+  }
+
+  /// T falls to 1/2 where log2 T = -1: a share (log2 T_before + 1) / -y of the segment behind its left node.
+  HWY_NOINLINE void mark_depth(M halfway, I opened_by, F transmittance, F y, F length) {
+    const F share = hn::Div(hn::Add(log2_positive(transmittance), constant(1.0F)), hn::Min(y, constant(-1e-30F)));
+    const F inside = hn::Min(hn::Max(hn::Neg(share), constant(0.0F)), constant(1.0F));
+    depth_node_ = hn::IfThenElse(int_mask(halfway), opened_by, depth_node_);
+    depth_part_ = hn::IfThenElse(halfway, hn::Mul(inside, length), depth_part_);
+    deep_ = hn::Or(deep_, halfway);
+  }
+
+  /// One segment: from the left node to `node` (trapezoid), or opened by `node` (rectangle).
+  HWY_INLINE void segment(Path& path, const Lights<kChannels>& node, F length) {
+    if constexpr (kTrapezoid) {
+      const Lights<kChannels>& left = path.left;
+      F sum_y = hn::Add(left.y, node.y);
+      F sum_yq[kChannels];
+      for (int c = 0; c < kChannels; ++c) sum_yq[c] = hn::Add(left.yq[c], node.yq[c]);
+      F y = sum_y;
+      if (HWY_UNLIKELY(job_.transfer.opaque)) {
+        // One end opaque: opacity runs linearly to 1, tau = r (1 - log(1 - a)); both: opaque, the left colour.
+        const F lower = hn::Min(left.y, node.y), upper = hn::Max(left.y, node.y);
+        const M one = hn::Le(lower, constant(kOpaqueTest)), both = hn::Le(upper, constant(kOpaqueTest));
+        const F ramp = hn::Sub(hn::Add(upper, upper), constant(2.885390082F * job_.transfer.exponent));
+        y = hn::IfThenElse(one, hn::IfThenElse(both, constant(kOpaque), ramp), y);
+        sum_y = hn::IfThenElse(both, left.y, sum_y);
+        for (int c = 0; c < kChannels; ++c) sum_yq[c] = hn::IfThenElse(both, left.yq[c], sum_yq[c]);
+      }
+      absorb(path, y, sum_y, sum_yq, length);
+      path.left = node;
+      path.left_node = path.node;
+    } else {
+      absorb(path, node.y, node.y, node.yq, length);
+    }
+  }
+
+  /// Several nodes of every active lane, none of which ends on the way.
+  HWY_INLINE void run(MI active, I limit) {
+    const DI d;
+    const I ones = hn::IfThenElseZero(active, constant_i(1));
+    int count = 1;
+    if constexpr (!kIndex) {
+      const I left = hn::IfThenElse(active, hn::Sub(limit, path_.node), constant_i(kRun));
+      count = std::min(kRun, static_cast<int>(hn::GetLane(hn::MinOfLanes(d, left))));
+    }
+    const F whole = to_float(ones);
+    F length = whole;
+    if (kTrapezoid) {
+      length = hn::IfThenElseZero(float_mask(hn::AndNot(fresh_, active)), kIndex ? left_length_ : whole);
+    }
+    Position hop = masked(step_, active);
+    I hop_nodes = ones;
+    if constexpr (kIndex) {
+      const I nodes = power_of_two(level_here());
+      hop_nodes = hn::IfThenElseZero(active, hn::Min(nodes, hn::Sub(segments_, path_.node)));
+      // A lane that reaches the end stays where it is: the last node has a place of its own.
+      const MI stays = hn::Not(hn::Lt(hn::Add(path_.node, hop_nodes), segments_));
+      hop = scaled(step_, hn::IfThenElseZero(hn::AndNot(stays, active), hop_nodes));
+      const F next = hn::IfThenElseZero(float_mask(active), hn::Min(to_float(nodes), ahead(path_.node)));
+      if (kTrapezoid) {
+        left_length_ = hn::IfThenElse(float_mask(active), next, left_length_);
+      } else {
+        length = next;
+      }
+    }
+    Path path = path_;
+    for (int r = 0; r < count; ++r) {
+      if (stops_) {
+        const M going = hn::Gt(path.transmittance, constant(job_.termination));
+        length = hn::IfThenElseZero(going, length);
+        if (hn::AllFalse(DF(), hn::And(going, float_mask(active)))) break;
+        samples_ = hn::Add(samples_, hn::IfThenElseZero(int_mask(going), ones));
+      }
+      const Lights<kChannels> node = sample(path.position);
+      if (job_.shaded) count_gradients(node, active, path.transmittance);
+      segment(path, node, length);
+      advance(path.position, hop);
+      path.node = hn::Add(path.node, hop_nodes);
+      length = whole;
+    }
+    if (kTrapezoid && !kIndex) {
+      // A ray that has passed its last lattice node waits there, not behind it.
+      const MI waits = hn::AndNot(hn::Lt(path.node, limit), active);
+      if (!hn::AllFalse(d, waits)) retreat(path.position, masked(step_, waits));
+    }
+    path_ = path;
+    fresh_ = hn::AndNot(active, fresh_);
+    if (stops_) {
+      stop();
+    } else {
+      samples_ = hn::Add(samples_, count == 1 ? ones : hn::Mul(ones, constant_i(count)));
+    }
+  }
+
+  /// Only nodes that emit are lit.
+  HWY_INLINE void count_gradients(const Lights<kChannels>& node, MI active, F transmittance) {
+    const M lit = hn::And(hn::Lt(node.y, constant(0.0F)), hn::Gt(transmittance, constant(job_.termination)));
+    gradients_ = hn::Add(gradients_, hn::IfThenElseZero(hn::And(active, int_mask(lit)), constant_i(1)));
+  }
+
+  HWY_INLINE void stop() {
+    const MI stopped = hn::And(alive_, int_mask(hn::Le(path_.transmittance, constant(job_.termination))));
+    if (HWY_LIKELY(hn::AllFalse(DI(), stopped))) return;
+    alive_ = hn::AndNot(stopped, alive_);
+    // A rectangle's last segment, if it was passed here, has ended its ray anyway.
+    const MI early = kIndex && !kTrapezoid ? hn::Lt(path_.node, segments_) : stopped;
+    stopped_ = hn::Or(stopped_, hn::And(stopped, early));
+  }
+
+  /// Macrocells whose values are all invisible are left behind without sampling.
+  HWY_INLINE void leap() {
+    MI able = hn::And(alive_, hn::Lt(path_.node, segments_));
+    if (kTrapezoid) able = hn::And(able, hn::Or(fresh_, int_mask(hn::Eq(path_.left.y, hn::Zero(DF())))));
+    const MI here = hn::And(able, invisible_at(job_, path_.position));
+    if (!hn::AllFalse(DI(), here)) leap_on(here);
+  }
+  HWY_NOINLINE void leap_on(MI here);
+  HWY_INLINE I nodes_inside() const;
+  void finish();
+  void store(PacketPixels& pixels) const;
+
+  const PacketJob& job_;
+  const PacketRays& rays_;
+  Path path_;
+  Position step_;
+  I segments_, samples_, skipped_, gradients_, depth_node_;
+  F remainder_, left_length_, depth_part_;
+  F ray_[3];
+  MI alive_, fresh_, end_invisible_, stopped_ = hn::Lt(hn::Zero(DI()), hn::Zero(DI()));
+  M deep_;
+  bool stops_, gentle_;
+};
+
+/// Nodes from here on, this one included, that surely lie in the macrocell of this one (at least 1).
+template <PacketVoxels kVoxels, bool kTrapezoid, bool kIndex, int kChannels>
+HWY_INLINE I Composite<kVoxels, kTrapezoid, kIndex, kChannels>::nodes_inside() const {
+  const auto axis = [](I whole, I part, I step_whole, I step_part) HWY_ATTR {
+    const F at = hn::Add(to_float(hn::And(whole, constant_i(7))), fraction(part));
+    const F step = hn::Add(to_float(step_whole), fraction(step_part));
+    const F room = hn::IfThenElse(hn::Gt(step, constant(0.0F)), hn::Sub(constant(8.0F), at), at);
+    // 1e-4 voxel of margin covers the rounding of all this.
+    return hn::Div(hn::Sub(room, constant(1e-4F)), hn::Max(hn::Abs(step), constant(1e-20F)));
+  };
+  const F nodes = hn::Min(axis(path_.position.whole0, path_.position.part0, step_.whole0, step_.part0),
+                          hn::Min(axis(path_.position.whole1, path_.position.part1, step_.whole1, step_.part1),
+                                  axis(path_.position.whole2, path_.position.part2, step_.whole2, step_.part2)));
+  return hn::Add(truncated(hn::Min(hn::Max(nodes, constant(0.0F)), constant(30000.0F))), constant_i(1));
+}
+
+template <PacketVoxels kVoxels, bool kTrapezoid, bool kIndex, int kChannels>
+HWY_NOINLINE void Composite<kVoxels, kTrapezoid, kIndex, kChannels>::leap_on(MI here) {
+  const DI d;
+  MI moved = here;
+  while (!hn::AllFalse(d, here)) {
+    const I nodes = hn::IfThenElseZero(here, kIndex ? power_of_two(level_here()) : nodes_inside());
+    const I next = hn::Min(hn::Add(path_.node, nodes), segments_);
+    const MI ends = hn::And(here, hn::Not(hn::Lt(next, segments_)));
+    skipped_ = hn::Add(skipped_, kIndex ? hn::IfThenElseZero(here, constant_i(1)) : hn::Sub(next, path_.node));
+    if (kIndex && kTrapezoid) {
+      left_length_ = hn::IfThenElse(float_mask(here), hn::Min(to_float(nodes), ahead(path_.node)), left_length_);
+    }
+    if (kTrapezoid) {
+      path_.left_node = hn::IfThenElse(here, kIndex ? path_.node : hn::Sub(next, constant_i(1)), path_.left_node);
+    }
+    // A lane that reaches the end stays where it is: the last node has a place of its own.
+    here = hn::AndNot(ends, here);
+    advance(path_.position, scaled(step_, hn::IfThenElseZero(here, nodes)));
+    path_.node = next;
+    if (!kTrapezoid) alive_ = hn::AndNot(ends, alive_);
+    here = hn::And(here, invisible_at(job_, path_.position));
+  }
+  if constexpr (kTrapezoid) {
+    // The node before is invisible: it counts without being sampled.
+    const M m = float_mask(moved);
+    path_.left.y = hn::IfThenElse(m, constant(0.0F), path_.left.y);
+    for (int c = 0; c < kChannels; ++c) path_.left.yq[c] = hn::IfThenElse(m, constant(0.0F), path_.left.yq[c]);
+    fresh_ = hn::AndNot(moved, fresh_);
+  }
+}
+
+/// The last segment, shorter than the others.
+template <PacketVoxels kVoxels, bool kTrapezoid, bool kIndex, int kChannels>
+void Composite<kVoxels, kTrapezoid, kIndex, kChannels>::finish() {
+  MI active = alive_;
+  if (kTrapezoid) {
+    const MI needless = hn::And(end_invisible_, int_mask(hn::Eq(path_.left.y, hn::Zero(DF()))));
+    skipped_ = hn::Add(skipped_, hn::IfThenElseZero(hn::And(active, needless), constant_i(1)));
+    active = hn::AndNot(needless, active);
+  }
+  if (hn::AllFalse(DI(), active)) return;
+  const Position end = kTrapezoid ? load(rays_.exit_whole, rays_.exit_part) : path_.position;
+  const Lights<kChannels> node = sample(end);
+  if (job_.shaded) count_gradients(node, active, path_.transmittance);
+  F length = remainder_;
+  if (kTrapezoid && kIndex) length = left_length_;
+  segment(path_, node, hn::IfThenElseZero(float_mask(active), length));
+  samples_ = hn::Add(samples_, hn::IfThenElseZero(active, constant_i(1)));
+}
+
+template <PacketVoxels kVoxels, bool kTrapezoid, bool kIndex, int kChannels>
+void Composite<kVoxels, kTrapezoid, kIndex, kChannels>::store(PacketPixels& pixels) const {
+  const DF df;
+  const DI d;
+  const F alpha = hn::Sub(constant(1.0F), path_.transmittance);
+  for (int c = 0; c < 3; ++c) {
+    const F colour = kChannels == 1 ? hn::MulAdd(constant(job_.transfer.colour1[c]), path_.sum[0],
+                                                 hn::Mul(constant(job_.transfer.colour0[c]), alpha))
+                                    : path_.sum[kChannels == 1 ? 0 : c];
+    hn::Store(colour, df, pixels.colour[c]);
+  }
+  hn::Store(alpha, df, pixels.alpha);
+  hn::Store(depth_node_, d, pixels.depth_node);
+  hn::Store(depth_part_, df, pixels.depth_part);
+  hn::Store(samples_, d, pixels.samples);
+  hn::Store(skipped_, d, pixels.skipped);
+  hn::Store(gradients_, d, pixels.gradients);
+  hn::Store(hn::IfThenElseZero(stopped_, constant_i(1)), d, pixels.terminated);
+}
+
+}  // namespace vol::render::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

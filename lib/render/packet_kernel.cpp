@@ -1,0 +1,98 @@
+// The packet kernels, compiled once for each instruction set and chosen when the program runs.
+#include "render/packet_job.h"
+
+#undef HWY_DISABLED_TARGETS
+#define HWY_DISABLED_TARGETS HWY_SSSE3  // machines with SSSE3 but not SSE4.1 take the one-lane code
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "render/packet_kernel.cpp"
+#include <hwy/foreach_target.h>
+// After foreach_target.h, which includes this file again:
+#include <hwy/highway.h>
+
+#include "render/packet_composite-inl.h"
+#include "render/packet_project-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace vol::render::HWY_NAMESPACE {
+
+int lanes() { return static_cast<int>(hn::Lanes(DF())); }
+const char* target_name() { return hwy::TargetName(HWY_TARGET); }
+
+template <PacketVoxels kVoxels, bool kTrapezoid, bool kIndex>
+void composite_channels(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
+  if (job.transfer.affine && !job.shaded) {
+    Composite<kVoxels, kTrapezoid, kIndex, 1>(job, rays).cast(pixels);
+  } else {
+    Composite<kVoxels, kTrapezoid, kIndex, 3>(job, rays).cast(pixels);
+  }
+}
+
+template <PacketVoxels kVoxels>
+void composite_voxels(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
+  if (job.trapezoid) {
+    job.nibbles ? composite_channels<kVoxels, true, true>(job, rays, pixels)
+                : composite_channels<kVoxels, true, false>(job, rays, pixels);
+  } else {
+    job.nibbles ? composite_channels<kVoxels, false, true>(job, rays, pixels)
+                : composite_channels<kVoxels, false, false>(job, rays, pixels);
+  }
+}
+
+void composite(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
+  switch (job.type) {
+    case PacketVoxels::u8: return composite_voxels<PacketVoxels::u8>(job, rays, pixels);
+    case PacketVoxels::u16: return composite_voxels<PacketVoxels::u16>(job, rays, pixels);
+    case PacketVoxels::i16: return composite_voxels<PacketVoxels::i16>(job, rays, pixels);
+    case PacketVoxels::f32: return composite_voxels<PacketVoxels::f32>(job, rays, pixels);
+  }
+}
+
+template <PacketVoxels kVoxels>
+void xray_voxels(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
+  job.trapezoid ? xray<kVoxels, true>(job, rays, pixels) : xray<kVoxels, false>(job, rays, pixels);
+}
+
+void xray_any(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
+  switch (job.type) {
+    case PacketVoxels::u8: return xray_voxels<PacketVoxels::u8>(job, rays, pixels);
+    case PacketVoxels::u16: return xray_voxels<PacketVoxels::u16>(job, rays, pixels);
+    case PacketVoxels::i16: return xray_voxels<PacketVoxels::i16>(job, rays, pixels);
+    case PacketVoxels::f32: return xray_voxels<PacketVoxels::f32>(job, rays, pixels);
+  }
+}
+
+void mip_any(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
+  switch (job.type) {
+    case PacketVoxels::u8: return mip<PacketVoxels::u8>(job, rays, pixels);
+    case PacketVoxels::u16: return mip<PacketVoxels::u16>(job, rays, pixels);
+    case PacketVoxels::i16: return mip<PacketVoxels::i16>(job, rays, pixels);
+    case PacketVoxels::f32: return mip<PacketVoxels::f32>(job, rays, pixels);
+  }
+}
+
+}  // namespace vol::render::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace vol::render {
+
+HWY_EXPORT(lanes);
+HWY_EXPORT(target_name);
+HWY_EXPORT(composite);
+HWY_EXPORT(xray_any);
+HWY_EXPORT(mip_any);
+
+int packet_lanes() { return HWY_DYNAMIC_DISPATCH(lanes)(); }
+const char* packet_instruction_set() { return HWY_DYNAMIC_DISPATCH(target_name)(); }
+void cast_composite(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
+  HWY_DYNAMIC_DISPATCH(composite)(job, rays, pixels);
+}
+void cast_xray(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
+  HWY_DYNAMIC_DISPATCH(xray_any)(job, rays, pixels);
+}
+void cast_mip(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
+  HWY_DYNAMIC_DISPATCH(mip_any)(job, rays, pixels);
+}
+
+}  // namespace vol::render
+#endif

@@ -1,0 +1,119 @@
+// Included once per instruction set by packet_kernel.cpp.
+#if defined(VOL_RENDER_PACKET_OPTICS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef VOL_RENDER_PACKET_OPTICS_INL_H_
+#undef VOL_RENDER_PACKET_OPTICS_INL_H_
+#else
+#define VOL_RENDER_PACKET_OPTICS_INL_H_
+#endif
+
+#include "render/packet_job.h"
+#include "render/packet_sampling-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace vol::render::HWY_NAMESPACE {
+
+constexpr float kOpaque = -1e30F;    // y of an opaque node; finite, so that times 0 it is 0
+constexpr float kOpaqueTest = -1e29F;
+
+/// Optical properties of a node. y: log2 of the transmittance that the node contributes to a whole step (its half
+/// of a trapezoid's, all of a rectangle's). yq: y times the colour; one channel, y u, where colour is one unshaded
+/// line in u (the picture's colour is then colour0 A + colour1 sum), else three.
+template <int kChannels>
+struct Lights {
+  F y;
+  F yq[kChannels];
+};
+
+/// Diffuse factor and highlight of Blinn-Phong (shading.h), from the gradient along the index axes.
+HWY_INLINE void blinn_phong(const PacketJob& job, F gx, F gy, F gz, const F* ray, F& diffuse, F& specular) {
+  const auto row = [&](int r) HWY_ATTR {
+    return hn::MulAdd(gx, constant(job.to_world[3 * r]),
+                      hn::MulAdd(gy, constant(job.to_world[3 * r + 1]), hn::Mul(gz, constant(job.to_world[3 * r + 2]))));
+  };
+  const F n0 = row(0), n1 = row(1), n2 = row(2);
+  const auto dot = [](F a0, F a1, F a2, F b0, F b1, F b2) HWY_ATTR {
+    return hn::MulAdd(a0, b0, hn::MulAdd(a1, b1, hn::Mul(a2, b2)));
+  };
+  // The largest component first scaled to 1: squares neither overflow nor vanish.
+  const F most = hn::Max(hn::Abs(n0), hn::Max(hn::Abs(n1), hn::Abs(n2)));
+  const M flat = hn::Not(hn::Gt(most, constant(0.0F)));
+  const F down = hn::Div(constant(1.0F), hn::IfThenElse(flat, constant(1.0F), most));
+  const F m0 = hn::Mul(n0, down), m1 = hn::Mul(n1, down), m2 = hn::Mul(n2, down);
+  const F length = hn::Sqrt(hn::Max(dot(m0, m1, m2, m0, m1, m2), constant(1e-30F)));
+  F n_dot_l, n_dot_h;
+  if (job.headlight) {  // L = V = H
+    n_dot_l = n_dot_h = hn::Div(hn::Abs(dot(m0, m1, m2, ray[0], ray[1], ray[2])), length);
+  } else {
+    const F l0 = constant(job.light[0]), l1 = constant(job.light[1]), l2 = constant(job.light[2]);
+    const F h0 = hn::Sub(l0, ray[0]), h1 = hn::Sub(l1, ray[1]), h2 = hn::Sub(l2, ray[2]);
+    const F h = hn::Sqrt(dot(h0, h1, h2, h0, h1, h2));
+    n_dot_l = hn::Div(hn::Abs(dot(m0, m1, m2, l0, l1, l2)), length);
+    n_dot_h = hn::Div(hn::Abs(dot(m0, m1, m2, h0, h1, h2)),
+                      hn::Max(hn::Mul(h, length), constant(1e-30F)));
+  }
+  diffuse = hn::MulAdd(constant(job.diffuse), n_dot_l, constant(job.ambient));
+  const F logarithm = log2_positive(hn::Max(hn::Min(n_dot_h, constant(1.0F)), constant(1e-30F)));
+  const F power = hn::Sub(constant(1.0F), one_minus_exp2(hn::Mul(logarithm, constant(job.exponent))));
+  specular = hn::Mul(constant(job.specular), power);
+  diffuse = hn::IfThenElse(flat, constant(job.ambient), diffuse);
+  specular = hn::IfThenElse(flat, constant(0.0F), specular);
+}
+
+/// Line `l` of a table of pairs {a, slope} with `stride` floats a line: a + slope w.
+HWY_INLINE F on_line(const float* table, I line, int first, F w) {
+  const F a = hn::GatherIndex(DF(), table + first, line);
+  const F slope = hn::GatherIndex(DF(), table + first + 1, line);
+  return hn::MulAdd(slope, w, a);
+}
+
+template <int kChannels, class S>
+HWY_INLINE Lights<kChannels> lights(const PacketJob& job, F value, const S& sampler, const F* ray) {
+  const PacketTransfer& t = job.transfer;
+  Lights<kChannels> node;
+  F u = hn::Mul(hn::Sub(value, constant(t.lo)), constant(t.scale));
+  u = hn::Min(hn::Max(u, constant(0.0F)), constant(t.last));
+  I line = truncated(u);
+  const F w = hn::Sub(u, to_float(line));
+  if (t.split) {
+    const F split = hn::GatherIndex(DF(), t.splits.data(), line);
+    const I second = hn::Add(line, constant_i(t.buckets));
+    line = hn::IfThenElse(int_mask(hn::Ge(value, split)), second, line);
+  }
+  if (HWY_UNLIKELY(t.logarithm)) {
+    const I four = hn::ShiftLeft<2>(line);
+    const F opacity = on_line(t.extinctions.data(), four, 0, w);
+    const F clear = on_line(t.extinctions.data(), four, 2, w);
+    // Small opacities keep their digits by log1p's polynomial, clear values near 0 by their own line.
+    const F small = log2p1_reduced(hn::Neg(hn::Min(opacity, constant(0.25F))));
+    const F large = log2_positive(hn::Max(clear, constant(1e-30F)));
+    const F logarithm = hn::IfThenElse(hn::Lt(opacity, constant(0.25F)), small, large);
+    node.y = hn::Mul(logarithm, constant(t.exponent));
+    node.y = hn::IfThenElse(hn::Le(clear, constant(0.0F)), constant(kOpaque), node.y);
+  } else {
+    node.y = on_line(t.extinctions.data(), hn::Add(line, line), 0, w);
+  }
+  if constexpr (kChannels == 1) {
+    node.yq[0] = hn::Mul(node.y, u);
+  } else {
+    F q[3];
+    if (t.affine) {
+      for (int c = 0; c < 3; ++c) q[c] = hn::MulAdd(constant(t.colour1[c]), u, constant(t.colour0[c]));
+    } else {
+      const I six = hn::Add(hn::ShiftLeft<2>(line), hn::Add(line, line));
+      for (int c = 0; c < 3; ++c) q[c] = on_line(t.colours.data(), six, 2 * c, w);
+    }
+    if (job.shaded && !hn::AllTrue(DF(), hn::Eq(node.y, constant(0.0F)))) {
+      F gx, gy, gz, diffuse, specular;
+      sampler.gradient(gx, gy, gz);
+      blinn_phong(job, gx, gy, gz, ray, diffuse, specular);
+      for (int c = 0; c < 3; ++c) q[c] = hn::MulAdd(q[c], diffuse, specular);
+    }
+    for (int c = 0; c < 3; ++c) node.yq[c] = hn::Mul(node.y, q[c]);
+  }
+  return node;
+}
+
+}  // namespace vol::render::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,158 @@
+#include "render/packet_transfer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace vol::render {
+namespace {
+
+constexpr std::int32_t kFewestBuckets = 1024;
+constexpr std::int32_t kMostBuckets = 65536;
+constexpr std::int32_t kMostForExtinction = 16384;
+
+/// Smallest number of buckets >= kFewestBuckets that is a multiple of the number of integers in the range.
+std::int32_t first_count(double range, bool integral) {
+  if (!integral || range < 1 || range > kMostForExtinction) return kFewestBuckets;
+  const auto integers = static_cast<std::int32_t>(range);
+  return integers * ((kFewestBuckets + integers - 1) / integers);
+}
+
+struct Line {
+  double opacity0, opacity1;  ///< extrapolated to the bucket's ends
+  double y0, y1;              ///< log2(1 - opacity), the same
+  Vec3 colour0, colour1;
+  bool fine;                  ///< y is accurate enough as a line
+};
+
+/// The interval's line over a bucket [a, b] of values, used in [from, to] of it.
+Line line_over(const OpticsInterval& interval, double a, double b, double from, double to) {
+  const auto extrapolated = [&](double v0, double v1) {  // values at from, to
+    const double w0 = (a - from) / (to - from), w1 = (b - from) / (to - from);
+    return std::pair(v0 + w0 * (v1 - v0), v0 + w1 * (v1 - v0));
+  };
+  Line line{};
+  const double o0 = interval.opacity(from), o1 = interval.opacity(to);
+  if (to > from) {
+    std::tie(line.opacity0, line.opacity1) = extrapolated(o0, o1);
+    const double l0 = std::log2(1 - o0), l1 = std::log2(1 - o1);
+    std::tie(line.y0, line.y1) = extrapolated(l0, l1);
+    const Vec3 c0 = interval.colour(from), c1 = interval.colour(to);
+    for (int c = 0; c < 3; ++c) std::tie(line.colour0[c], line.colour1[c]) = extrapolated(c0[c], c1[c]);
+    // -log(1 - a) between two values of a: |f''| <= (da)^2 / (1 - a)^2, so a chord errs by an eighth of it.
+    const double q = (o1 - o0) / (1 - std::max(o0, o1));
+    const double error = q * q / 8;
+    line.fine = std::max(o0, o1) < 1 && (error <= 1e-9 || error <= 2e-6 * -std::log1p(-0.5 * (o0 + o1)));
+  } else {
+    line = {o0, o0, std::log2(1 - o0), std::log2(1 - o0), interval.colour(from), interval.colour(from), o0 < 1};
+  }
+  return line;
+}
+
+/// False where a bucket would hold two points. `fine` tells whether extinctions may be stored as lines.
+bool fill(const Optics& optics, double lo, double hi, std::int32_t buckets, PacketTransfer& table, bool& fine) {
+  const double width = (hi - lo) / buckets;
+  const auto& points = optics.transfer().breakpoints();
+  table.split = false;
+  table.splits.assign(static_cast<std::size_t>(buckets), std::numeric_limits<float>::infinity());
+  std::vector<Line> lines(static_cast<std::size_t>(2 * buckets));
+  for (std::int32_t b = 0; b < buckets; ++b) {
+    const double from = lo + b * width, to = b + 1 < buckets ? lo + (b + 1) * width : hi;
+    const auto inside = std::upper_bound(points.begin(), points.end(), from);
+    const bool has_point = inside != points.end() && *inside < to;
+    if (has_point && inside + 1 != points.end() && *(inside + 1) < to) return false;
+    const auto k = static_cast<std::size_t>(inside - points.begin());
+    const double split = has_point ? *inside : to;
+    auto& left = lines[static_cast<std::size_t>(b)];
+    auto& right = lines[static_cast<std::size_t>(b + buckets)];
+    left = right = line_over(optics.intervals()[k], from, to, from, split);
+    if (has_point) {
+      right = line_over(optics.intervals()[k + 1], from, to, split, to);
+      table.splits[static_cast<std::size_t>(b)] = static_cast<float>(split);
+      table.split = true;
+    } else if (b + 1 == buckets && inside != points.end() && *inside == to) {
+      // The largest value is a point itself: there the interval above holds.
+      right = line_over(optics.intervals()[k + 1], from, to, to, to);
+      table.splits[static_cast<std::size_t>(b)] = static_cast<float>(to);
+      table.split = optics.intervals()[k + 1].opacity_lo != optics.intervals()[k].opacity_hi ||
+                    optics.intervals()[k + 1].colour_lo != optics.intervals()[k].colour_hi || table.split;
+    }
+  }
+  fine = std::all_of(lines.begin(), lines.end(), [](const Line& line) { return line.fine; });
+  const std::size_t stride = fine ? 2 : 4;
+  table.logarithm = !fine;
+  table.extinctions = Buffer<float>(stride * lines.size());
+  table.colours = Buffer<float>(6 * lines.size());
+  table.opaque = false;
+  double steepest = 0;
+  const auto put = [](float* at, double v0, double v1) {
+    at[0] = static_cast<float>(v0);
+    at[1] = static_cast<float>(v1 - v0);
+  };
+  for (std::size_t l = 0; l < lines.size(); ++l) {
+    const Line& line = lines[l];
+    float* at = table.extinctions.data() + stride * l;
+    if (fine) {
+      put(at, line.y0 * table.exponent, line.y1 * table.exponent);
+    } else {
+      put(at, line.opacity0, line.opacity1);
+      put(at + 2, 1 - line.opacity0, 1 - line.opacity1);
+    }
+    table.opaque = table.opaque || std::max(line.opacity0, line.opacity1) >= 1;
+    steepest = fine ? std::min({steepest, line.y0, line.y1}) : -1e30;
+    for (int c = 0; c < 3; ++c) put(table.colours.data() + 6 * l + 2 * c, line.colour0[c], line.colour1[c]);
+  }
+  table.steepest = static_cast<float>(std::max(-1e30, steepest)) * table.exponent;
+  return true;
+}
+
+/// Colour as one line over the whole range, if it is one.
+void find_affine(const Optics& optics, double lo, double hi, PacketTransfer& table) {
+  const auto& transfer = optics.transfer();
+  const Vec3 c0 = transfer.colour(lo);
+  const Vec3 c1 = hi > lo ? Vec3(optics.intervals()[optics.interval_of(std::nextafter(hi, lo))].colour(hi)) : c0;
+  table.affine = transfer.colour(hi) == c1;
+  for (const auto& point : transfer.colours()) {
+    if (point.value <= lo || point.value >= hi) continue;
+    const Vec3 on_line = c0 + (point.value - lo) / (hi - lo) * (c1 - c0);
+    if ((point.rgb - on_line).cwiseAbs().maxCoeff() > 1e-12) table.affine = false;
+  }
+  for (int c = 0; c < 3; ++c) {
+    table.colour0[c] = static_cast<float>(c0[c]);
+    table.colour1[c] = static_cast<float>((c1[c] - c0[c]) / table.buckets);
+  }
+}
+
+}  // namespace
+
+bool tabulate(const Optics& optics, const index::Macrocells::Range& range, bool integral, double steps, bool trapezoid,
+              PacketTransfer& table) {
+  const double lo = range.min;
+  // A constant volume gets a range of its own, so that a bucket has a width.
+  const double hi = range.max > range.min ? double(range.max) : lo + std::max(1.0, std::abs(lo));
+  table.exponent = static_cast<float>(trapezoid ? 0.5 * steps : steps);
+  bool fine = false;
+  const std::int32_t fewest = first_count(hi - lo, integral);
+  std::int32_t buckets = fewest;
+  while (buckets <= kMostForExtinction && !(fill(optics, lo, hi, buckets, table, fine) && fine)) buckets *= 2;
+  if (buckets > kMostForExtinction) {  // logarithms: as coarse as the points allow
+    buckets = fewest;
+    while (!fill(optics, lo, hi, buckets, table, fine)) {
+      buckets *= 2;
+      if (buckets > kMostBuckets) return false;
+    }
+  }
+  table.buckets = buckets;
+  table.lo = range.min;
+  table.scale = static_cast<float>(buckets / (hi - lo));
+  table.last = std::nextafterf(static_cast<float>(buckets), 0.0F);
+  if (trapezoid) table.steepest *= 2;
+  find_affine(optics, lo, hi, table);
+  if (table.affine) table.colours = Buffer<float>();
+  return std::isfinite(table.scale);
+}
+
+}  // namespace vol::render
