@@ -103,7 +103,7 @@ def roff(text):
 
 
 def man_page(tool):
-    title = tool.description[0].rstrip(".")
+    title = re.split(r"[:.;](?:\s|$)", " ".join(tool.description))[0]
     out = [f'.TH {tool.name.upper().replace("-", chr(92) + "-")} 1 "" "Precis {tool.version}" "Precis manual"', ".SH NAME",
            f"{roff(tool.name)} \\- {roff(title[0].lower() + title[1:])}", ".SH SYNOPSIS", f".B {roff(tool.name)}"]
     for _, options in tool.groups:
@@ -113,7 +113,7 @@ def man_page(tool):
                            f".B {roff(option.names[0])}\n.I {roff(option.value.split(' ')[0] or 'VALUE')}")
     out += ["[\\fIoptions\\fR]", ".SH DESCRIPTION"] + [roff(line) for line in tool.description]
     for title, options in tool.groups:
-        out.append(f'.SH {roff({"Positionals": "ARGUMENTS", "Files": "FILE OPTIONS"}.get(title, title.upper() + " OPTIONS"))}')
+        out.append(f'.SH {roff({"Positionals": "ARGUMENTS", "Files": "FILES", "Run": "RUN OPTIONS"}.get(title, title.upper()))}')
         for option in options:
             names = ", ".join(f"\\fB{roff(n)}\\fR" if n.startswith("-") else f"\\fI{roff(n)}\\fR" for n in option.names)
             value = f" \\fI{roff(option.value)}\\fR" if option.value and not option.positional else ""
