@@ -68,7 +68,9 @@ void add_common_options(CLI::App& app, const ToolInfo& tool, CommonOptions& comm
     app.get_option(name)->group("Run");
   }
   if (tool.repeats) app.get_option("--repeat")->group("Run");
-  std::string footer = std::string("Example:\n  ") + tool.example;
+  std::string footer = app.get_footer();  // what the tool itself has to say after its options
+  if (!footer.empty()) footer += "\n\n";
+  footer += std::string("Example:\n  ") + tool.example;
   if (*tool.references != '\0') footer += std::string("\n\nReferences: ") + tool.references;
   footer += "\n\nExit status: 0 done, 1 the answer is no, 2 could not do it, 3 a device is missing.";
   app.footer(footer);
