@@ -11,16 +11,23 @@
 namespace vol::wavelet {
 namespace {
 
-/// What a task works in: one row split into even and odd positions, the rows of one plane after x, and the ring
-/// of planes after x and y.
+/// What a task works in: one row split into even and odd positions, the rows of one plane after x, and the
+/// ring of planes after x and y.
 template <class T>
 class Task {
  public:
   Task(const RowSource<T>& source, const std::array<AnalysisAxis<T>, 3>& axes, const std::array<T*, 8>& bands,
        std::int64_t y_begin, std::int64_t y_end)
-      : source_(source), x_(axes[0]), y_(axes[1]), z_(axes[2]), bands_(bands), y_begin_(y_begin), y_end_(y_end) {
+      : source_(source),
+        x_(axes[0]),
+        y_(axes[1]),
+        z_(axes[2]),
+        bands_(bands),
+        y_begin_(y_begin),
+        y_end_(y_end) {
     width_ = x_.outputs * x_.bands();
-    pitch_ = (width_ + 15) / 16 * 16 + 16;  // an odd number of cache lines: rows of a power of two share no set
+    pitch_ =
+        (width_ + 15) / 16 * 16 + 16;  // an odd number of cache lines: rows of a power of two share no set
     half_ = static_cast<std::int64_t>(x_.source.size()) / 2 + 1;
     plane_rows_ = 2 * (y_end - y_begin - 1) + y_.taps();
     slot_size_ = (y_end - y_begin) * y_.bands() * pitch_;
@@ -65,7 +72,8 @@ class Task {
   /// Row (y, z), extended on both sides, as its even and its odd positions.
   void split_row(std::int64_t y, std::int64_t z) {
     const std::int64_t n = source_.dims[0];
-    const std::byte* from = source_.data + static_cast<std::size_t>((z * source_.dims[1] + y) * n) * source_.element_size;
+    const std::byte* from =
+        source_.data + static_cast<std::size_t>((z * source_.dims[1] + y) * n) * source_.element_size;
     const T* row = reinterpret_cast<const T*>(from);
     if (source_.convert != nullptr) {
       source_.convert(from, n, raw_.data());
@@ -90,7 +98,8 @@ class Task {
 
   void filter_plane_y(T* to) {
     for (std::int64_t k = 0; k < y_end_ - y_begin_; ++k) {
-      for (std::size_t t = 0; t < y_.h.size(); ++t) rows_[t] = plane_.data() + (2 * k + y_.offset[t]) * pitch_;
+      for (std::size_t t = 0; t < y_.h.size(); ++t)
+        rows_[t] = plane_.data() + (2 * k + y_.offset[t]) * pitch_;
       T* low = to + k * y_.bands() * pitch_;
       combine(rows_.data(), y_.h.data(), y_.g.data(), static_cast<int>(y_.taps()), width_, low,
               y_.transformed ? low + pitch_ : nullptr);
@@ -105,8 +114,8 @@ class Task {
           const std::int64_t from = ((ky - y_begin_) * y_.bands() + by) * pitch_ + bx * x_.outputs;
           for (std::size_t t = 0; t < z_.h.size(); ++t) rows_[t] = slot(2 * kz + z_.offset[t]) + from;
           const auto band = static_cast<std::size_t>(bx + 2 * by);
-          combine(rows_.data(), z_.h.data(), z_.g.data(), static_cast<int>(z_.taps()), x_.outputs, bands_[band] + to,
-                  z_.transformed ? bands_[band + 4] + to : nullptr);
+          combine(rows_.data(), z_.h.data(), z_.g.data(), static_cast<int>(z_.taps()), x_.outputs,
+                  bands_[band] + to, z_.transformed ? bands_[band + 4] + to : nullptr);
         }
       }
     }
@@ -124,13 +133,15 @@ class Task {
 }  // namespace
 
 template <class T>
-AnalysisAxis<T> analysis_axis(const Wavelet& wavelet, Boundary boundary, Extension extension, const IndexRange& in,
-                              const IndexRange& out, std::int64_t stored, bool transformed) {
+AnalysisAxis<T> analysis_axis(const Wavelet& wavelet, Boundary boundary, Extension extension,
+                              const IndexRange& in, const IndexRange& out, std::int64_t stored,
+                              bool transformed) {
   AnalysisAxis<T> axis;
   axis.transformed = transformed;
   axis.outputs = out.count;
   FilterBank bank{0, {1}, {0}};
-  if (transformed) bank = boundary == Boundary::periodic ? periodised(wavelet, in.count, kTail<T>) : wavelet.bank;
+  if (transformed)
+    bank = boundary == Boundary::periodic ? periodised(wavelet, in.count, kTail<T>) : wavelet.bank;
 
   axis.offset.resize(bank.h.size());
   std::iota(axis.offset.begin(), axis.offset.end(), 0);
@@ -158,8 +169,8 @@ template <class T>
 void analyze_level(const RowSource<T>& source, const std::array<AnalysisAxis<T>, 3>& axes,
                    const std::array<T*, 8>& bands) {
   const auto& [x, y, z] = axes;
-  // A longer tile repeats less of its neighbours' work (taps - 2 rows or planes), a shorter one keeps its ring of
-  // planes in the cache and leaves tasks for more threads.
+  // A longer tile repeats less of its neighbours' work (taps - 2 rows or planes), a shorter one keeps its
+  // ring of planes in the cache and leaves tasks for more threads.
   const std::int64_t row_bytes = x.outputs * x.bands() * y.bands() * static_cast<std::int64_t>(sizeof(T));
   const std::int64_t fitting = kScratchBytes / std::max<std::int64_t>(1, z.taps() * row_bytes);
   const std::int64_t tile_y = std::clamp<std::int64_t>(fitting, std::max<std::int64_t>(16, y.taps()), 64);
@@ -175,10 +186,10 @@ void analyze_level(const RowSource<T>& source, const std::array<AnalysisAxis<T>,
   });
 }
 
-template AnalysisAxis<float> analysis_axis(const Wavelet&, Boundary, Extension, const IndexRange&, const IndexRange&,
-                                           std::int64_t, bool);
-template AnalysisAxis<double> analysis_axis(const Wavelet&, Boundary, Extension, const IndexRange&, const IndexRange&,
-                                            std::int64_t, bool);
+template AnalysisAxis<float> analysis_axis(const Wavelet&, Boundary, Extension, const IndexRange&,
+                                           const IndexRange&, std::int64_t, bool);
+template AnalysisAxis<double> analysis_axis(const Wavelet&, Boundary, Extension, const IndexRange&,
+                                            const IndexRange&, std::int64_t, bool);
 template void analyze_level(const RowSource<float>&, const std::array<AnalysisAxis<float>, 3>&,
                             const std::array<float*, 8>&);
 template void analyze_level(const RowSource<double>&, const std::array<AnalysisAxis<double>, 3>&,

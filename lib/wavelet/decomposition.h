@@ -19,8 +19,9 @@ enum class Extension { replicate, mirror, zero };
 /// index lower + (i, j, k) of the transform (lower is 0 for periodic, negative for expansive transforms).
 template <class T>
 struct Subband {
-  int level = 1;        ///< 1 is the finest
-  int orientation = 0;  ///< bit 0: wavelet along x, bit 1: along y, bit 2: along z; 0 is the approximation LLL
+  int level = 1;  ///< 1 is the finest
+  int orientation =
+      0;  ///< bit 0: wavelet along x, bit 1: along y, bit 2: along z; 0 is the approximation LLL
   std::array<std::int64_t, 3> lower{0, 0, 0};
   Dims dims{0, 0, 0};
   Buffer<T> coefficients;
@@ -40,8 +41,9 @@ struct Decomposition {
   Extension extension = Extension::replicate;
   volume::GridGeometry geometry;  ///< of the volume itself
   Dims extended_dims{0, 0, 0};    ///< of the box that was transformed
-  volume::VoxelType voxel_type = volume::VoxelType::f32;  ///< of the volume, so that the inverse can restore it
-  volume::Range range;            ///< of the volume
+  volume::VoxelType voxel_type =
+      volume::VoxelType::f32;  ///< of the volume, so that the inverse can restore it
+  volume::Range range;         ///< of the volume
   std::vector<Subband<T>> subbands;
 };
 

@@ -29,7 +29,8 @@ template <class T>
 RowSource<T> rows_of(const volume::Volume& volume) {
   return volume::visit(volume, [](const auto& grid) {
     using V = typename std::decay_t<decltype(grid)>::value_type;
-    RowSource<T> source{reinterpret_cast<const std::byte*>(grid.voxels.data()), grid.dims(), sizeof(V), nullptr};
+    RowSource<T> source{reinterpret_cast<const std::byte*>(grid.voxels.data()), grid.dims(), sizeof(V),
+                        nullptr};
     if constexpr (!std::is_same_v<V, T>) source.convert = convert_row<V, T>;
     return source;
   });
@@ -44,9 +45,9 @@ void require_headroom(const Wavelet& wavelet, const volume::Range& range, int le
   const double largest = std::max(std::abs(range.min), std::abs(range.max));
   const double bound = std::log2(largest) + 3 * levels * std::log2(std::max(gain, gain_g));
   if (largest > 0 && !(bound < std::log2(static_cast<double>(std::numeric_limits<T>::max())) - 4)) {
-    throw Error("values up to " + std::to_string(largest) + " could overflow " + (sizeof(T) == 4 ? "float" : "double") +
-                " coefficients at " + std::to_string(levels) + " levels; " +
-                (sizeof(T) == 4 ? "use double precision or rescale" : "rescale the volume"));
+    throw Error("values up to " + std::to_string(largest) + " could overflow " +
+                (sizeof(T) == 4 ? "float" : "double") + " coefficients at " + std::to_string(levels) +
+                " levels; " + (sizeof(T) == 4 ? "use double precision or rescale" : "rescale the volume"));
   }
 }
 
@@ -75,7 +76,8 @@ bool exists(int orientation, const Dims& extended) {
 }  // namespace
 
 template <class T>
-Decomposition<T> analyze(const volume::Volume& volume, const DwtOptions& options, const volume::Range& range) {
+Decomposition<T> analyze(const volume::Volume& volume, const DwtOptions& options,
+                         const volume::Range& range) {
   volume.geometry().validate();
   const Wavelet wavelet = make_wavelet(options.wavelet);
   Decomposition<T> result;
@@ -125,8 +127,8 @@ Decomposition<T> analyze(const volume::Volume& volume, const DwtOptions& options
     }
     analyze_level(source, axes, bands);
     approximation = std::move(next);
-    source = {reinterpret_cast<const std::byte*>(approximation.coefficients.data()), approximation.dims, sizeof(T),
-              nullptr};
+    source = {reinterpret_cast<const std::byte*>(approximation.coefficients.data()), approximation.dims,
+              sizeof(T), nullptr};
   }
   result.subbands.push_back(std::move(approximation));
   std::reverse(result.subbands.begin(), result.subbands.end());
@@ -158,7 +160,8 @@ volume::Grid<T> synthesize(const Decomposition<T>& d) {
     std::array<SynthesisAxis<T>, 3> axes;
     std::int64_t count = 1;
     for (std::size_t a = 0; a < 3; ++a) {
-      const std::int64_t wanted = level == 1 ? d.geometry.dims[a] : out[a].count;  // what was added is cut here
+      const std::int64_t wanted =
+          level == 1 ? d.geometry.dims[a] : out[a].count;  // what was added is cut here
       axes[a] = synthesis_axis<T>(wavelet, d.boundary, out[a], in[a], wanted, d.extended_dims[a] > 1);
       count *= wanted;
     }

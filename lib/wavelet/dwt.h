@@ -13,13 +13,13 @@ struct DwtOptions {
   Extension extension = Extension::replicate;
 };
 
-/// Orthonormal separable 3-D wavelet transform (Mallat 1989) of a volume of any voxel type, in the precision T:
-/// each level filters and decimates the approximation of the level below along x, y and z,
+/// Orthonormal separable 3-D wavelet transform (Mallat 1989) of a volume of any voxel type, in the precision
+/// T: each level filters and decimates the approximation of the level below along x, y and z,
 ///   c'[k] = sum_n h[n] c[2k + n],  d[k] = sum_n g[n] c[2k + n],
 /// an axis of one sample excepted. Sizes that 2^levels does not divide are extended first.
 ///
-/// One pass over memory a level: planes are filtered along x and y as they are read, kept in a ring that fits the
-/// second-level cache, and filtered along z straight into the subbands. Takes, beyond the volume and the
+/// One pass over memory a level: planes are filtered along x and y as they are read, kept in a ring that fits
+/// the second-level cache, and filtered along z straight into the subbands. Takes, beyond the volume and the
 /// coefficients, an eighth of a volume of T and about 1 MiB a thread (more for Battle-Lemarie).
 /// The result has the same bits for any number of threads and any vector width.
 ///

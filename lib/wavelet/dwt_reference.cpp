@@ -1,6 +1,6 @@
 #include "wavelet/dwt_reference.h"
 
-#include <numbers>
+#include <algorithm>
 
 #include "base/error.h"
 #include "wavelet/layout.h"
@@ -10,14 +10,15 @@ namespace {
 
 using Line = std::vector<double>;
 
-/// Filters that are exact for the line at hand: on a period shorter than an infinite filter, its wrapped taps.
+/// Filters that are exact for the line at hand: on a period shorter than an infinite filter, its wrapped
+/// taps.
 FilterBank line_filters(const Wavelet& wavelet, Boundary boundary, std::int64_t n) {
   return boundary == Boundary::periodic && !wavelet.compact ? periodised(wavelet, n) : wavelet.bank;
 }
 
 /// c'[k] = sum_n h[n] c[2k + n], k in `out`; c is given on `in` and continued beyond.
-void analyze_line(const FilterBank& f, Boundary boundary, const Line& c, const IndexRange& in, const IndexRange& out,
-                  Line& low, Line& high) {
+void analyze_line(const FilterBank& f, Boundary boundary, const Line& c, const IndexRange& in,
+                  const IndexRange& out, Line& low, Line& high) {
   low.assign(static_cast<std::size_t>(out.count), 0);
   high = low;
   for (std::int64_t k = 0; k < out.count; ++k) {
@@ -31,8 +32,8 @@ void analyze_line(const FilterBank& f, Boundary boundary, const Line& c, const I
 }
 
 /// c[m] = sum_k h[m - 2k] c'[k] + g[m - 2k] d[k], by scattering.
-Line synthesize_line(const FilterBank& f, Boundary boundary, const Line& low, const Line& high, const IndexRange& in,
-                     const IndexRange& out) {
+Line synthesize_line(const FilterBank& f, Boundary boundary, const Line& low, const Line& high,
+                     const IndexRange& in, const IndexRange& out) {
   Line c(static_cast<std::size_t>(out.count), 0);
   for (std::int64_t k = 0; k < in.count; ++k) {
     for (std::int64_t i = 0; i < f.taps(); ++i) {
@@ -54,7 +55,9 @@ struct Box {
   }
 };
 
-Box make_box(const Dims& dims) { return {dims, Line(static_cast<std::size_t>(dims[0] * dims[1] * dims[2]))}; }
+Box make_box(const Dims& dims) {
+  return {dims, Line(static_cast<std::size_t>(dims[0] * dims[1] * dims[2]))};
+}
 
 /// Calls f(get, put index) for every line along `axis`: f receives a function from position to element.
 template <class F>
@@ -73,8 +76,8 @@ void for_each_line(const Dims& dims, std::size_t axis, const F& f) {
   }
 }
 
-std::array<Box, 2> split(Box& box, std::size_t axis, const Wavelet& wavelet, Boundary boundary, const IndexRange& in,
-                         const IndexRange& out) {
+std::array<Box, 2> split(Box& box, std::size_t axis, const Wavelet& wavelet, Boundary boundary,
+                         const IndexRange& in, const IndexRange& out) {
   Dims dims = box.dims;
   dims[axis] = out.count;
   std::array<Box, 2> bands{make_box(dims), make_box(dims)};
@@ -109,7 +112,8 @@ Box join(Box& low_box, Box& high_box, std::size_t axis, const Wavelet& wavelet, 
   return box;
 }
 
-Subband<double> as_subband(int level, int orientation, const std::array<IndexRange, 3>& ranges, const Box& box) {
+Subband<double> as_subband(int level, int orientation, const std::array<IndexRange, 3>& ranges,
+                           const Box& box) {
   Subband<double> band;
   band.level = level;
   band.orientation = orientation;
@@ -157,8 +161,9 @@ Decomposition<double> analyze_reference(const volume::Volume& volume, const DwtO
       if (result.extended_dims[axis] == 1) continue;
       std::vector<std::pair<int, Box>> next;
       for (auto& [orientation, box] : bands) {
-        auto halves = split(box, axis, wavelet, options.boundary, ranges[static_cast<std::size_t>(level) - 1][axis],
-                            ranges[static_cast<std::size_t>(level)][axis]);
+        auto halves =
+            split(box, axis, wavelet, options.boundary, ranges[static_cast<std::size_t>(level) - 1][axis],
+                  ranges[static_cast<std::size_t>(level)][axis]);
         next.emplace_back(orientation, std::move(halves[0]));
         next.emplace_back(orientation | 1 << axis, std::move(halves[1]));
       }
@@ -168,12 +173,16 @@ Decomposition<double> analyze_reference(const volume::Volume& volume, const DwtO
       if (orientation == 0) {
         approximation = std::move(box);
       } else {
-        result.subbands.push_back(as_subband(level, orientation, ranges[static_cast<std::size_t>(level)], box));
+        result.subbands.push_back(
+            as_subband(level, orientation, ranges[static_cast<std::size_t>(level)], box));
       }
     }
   }
-  result.subbands.insert(result.subbands.begin(),
-                         as_subband(options.levels, 0, ranges[static_cast<std::size_t>(options.levels)], approximation));
+  result.subbands.push_back(
+      as_subband(options.levels, 0, ranges[static_cast<std::size_t>(options.levels)], approximation));
+  std::sort(result.subbands.begin(), result.subbands.end(), [](const auto& a, const auto& b) {
+    return std::pair(-a.level, a.orientation) < std::pair(-b.level, b.orientation);
+  });
   return result;
 }
 
@@ -204,7 +213,8 @@ volume::Grid<double> synthesize_reference(const Decomposition<double>& d) {
         if ((o & present) != o) continue;
         auto& low = bands[static_cast<std::size_t>(o)];
         low = join(low, bands[static_cast<std::size_t>(o | 1 << axis)], axis, wavelet, d.boundary,
-                   ranges[static_cast<std::size_t>(level)][axis], ranges[static_cast<std::size_t>(level) - 1][axis]);
+                   ranges[static_cast<std::size_t>(level)][axis],
+                   ranges[static_cast<std::size_t>(level) - 1][axis]);
       }
     }
     approximation = std::move(bands[0]);

@@ -51,16 +51,17 @@ const std::vector<Real>& coiflet_start(int order) {
        -.00072L},
       {-.00379L, .00778L, .02345L, -.06577L, -.06112L, .40518L, .79378L, .42848L, -.07180L, -.08230L, .03456L,
        .01588L, -.00901L, -.00257L, .00112L, .00047L, -.00007L, -.00003L},
-      {.00089L,  -.00163L, -.00735L, .01607L,  .02668L,  -.08127L, -.05608L, .41531L,
-       .78224L,  .43439L,  -.06663L, -.09622L, .03933L,  .02508L,  -.01521L, -.00566L,
-       .00375L,  .00127L,  -.00059L, -.00026L, .00006L,  .00003L,  0,        0},
-      {-.00021L, .00036L, .00218L,  -.00416L, -.01013L, .02341L,  .02817L, -.09192L, -.05205L, .42157L,
-       .77429L,  .43798L, -.06204L, -.10556L, .04129L,  .03267L,  -.01976L, -.00916L, .00676L,  .00243L,
-       -.00166L, -.00064L, .00030L, .00014L,  -.00004L, -.00002L, 0,        0,       0,        0}};
+      {.00089L, -.00163L, -.00735L, .01607L,  .02668L, -.08127L, -.05608L, .41531L,
+       .78224L, .43439L,  -.06663L, -.09622L, .03933L, .02508L,  -.01521L, -.00566L,
+       .00375L, .00127L,  -.00059L, -.00026L, .00006L, .00003L,  0,        0},
+      {-.00021L, .00036L,  .00218L,  -.00416L, -.01013L, .02341L,  .02817L,  -.09192L, -.05205L, .42157L,
+       .77429L,  .43798L,  -.06204L, -.10556L, .04129L,  .03267L,  -.01976L, -.00916L, .00676L,  .00243L,
+       -.00166L, -.00064L, .00030L,  .00014L,  -.00004L, -.00002L, 0,        0,        0,        0}};
   return start.at(static_cast<std::size_t>(order - 1));
 }
 
-/// Residuals of the defining equations and their Jacobian. With K the order, L = 6K taps and u = (n - 2K) / (3K):
+/// Residuals of the defining equations and their Jacobian. With K the order, L = 6K taps and u = (n - 2K) /
+/// (3K):
 ///   sum h = sqrt 2;  sum h[n] h[n + 2s] = delta_s, s < 3K;
 ///   sum (-1)^n u^j h[n] = 0, j < 2K;   sum u^j h[n] = 0, 1 <= j < 2K.
 /// One more equation than unknowns a moment: consistent, so that Gauss-Newton converges quadratically.
@@ -92,8 +93,8 @@ void coiflet_equations(int order, const Vector& h, Vector& residual, Matrix& jac
 
 }  // namespace
 
-// |H|^2 = 2 cos(w/2)^(2N) P(sin(w/2)^2), P(y) = sum_{k<N} C(N-1+k, k) y^k (Daubechies 1988, eq. 4.18 for R = 0).
-// y = (2 - z - 1/z)/4 gives a pair z, 1/z a root of P; the inner one is taken.
+// |H|^2 = 2 cos(w/2)^(2N) P(sin(w/2)^2), P(y) = sum_{k<N} C(N-1+k, k) y^k (Daubechies 1988, eq. 4.18 for R =
+// 0). y = (2 - z - 1/z)/4 gives a pair z, 1/z a root of P; the inner one is taken.
 std::vector<double> daubechies_taps(int taps) {
   const int n = taps / 2;
   std::vector<Real> p{1};
@@ -128,10 +129,11 @@ std::vector<double> coiflet_taps(int taps) {
     coiflet_equations(order, h, residual, jacobian);
     const Vector change = jacobian.colPivHouseholderQr().solve(residual);
     h -= change;
-    if (change.norm() < 1e-18L) break;
+    if (change.norm() < 1e-17L) break;
   }
   coiflet_equations(order, h, residual, jacobian);
-  if (!(residual.norm() < 1e-16L)) throw Error("coiflet-" + std::to_string(taps) + ": filter design did not converge");
+  if (!(residual.norm() < 1e-16L))
+    throw Error("coiflet-" + std::to_string(taps) + ": filter design did not converge");
   std::vector<double> result;
   for (int n = 0; n < taps; ++n) result.push_back(static_cast<double>(h(n)));
   return result;
@@ -165,12 +167,14 @@ std::vector<double> battle_lemarie_periodised(int degree, int period) {
   return h;
 }
 
-// The taps fall as 0.74^|n| (degree 3), so that what a period of 1024 folds back onto |n| <= 200 is below 1e-100.
+// The taps fall as 0.74^|n| (degree 3), so that what a period of 1024 folds back onto |n| <= 200 is below
+// 1e-100.
 std::vector<double> battle_lemarie_taps(int degree, int radius) {
   constexpr int kPeriod = 1024;
   const auto wrapped = battle_lemarie_periodised(degree, kPeriod);
   std::vector<double> h;
-  for (int n = -radius; n <= radius; ++n) h.push_back(wrapped[static_cast<std::size_t>((n + kPeriod) % kPeriod)]);
+  for (int n = -radius; n <= radius; ++n)
+    h.push_back(wrapped[static_cast<std::size_t>((n + kPeriod) % kPeriod)]);
   return h;
 }
 

@@ -4,7 +4,8 @@
 // The scaling filters, each from its definition. Sum sqrt 2.
 namespace vol::wavelet {
 
-/// Daubechies 1988: `taps` even; H(z) = c (1 + 1/z)^(taps/2) prod (1 - r/z), the roots r inside the unit circle.
+/// Daubechies 1988: `taps` even; H(z) = c (1 + 1/z)^(taps/2) prod (1 - r/z), the roots r inside the unit
+/// circle.
 [[nodiscard]] std::vector<double> daubechies_taps(int taps);
 
 /// Daubechies 1993: Gauss-Newton on the defining equations, which are all solved to rounding.

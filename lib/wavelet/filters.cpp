@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 #include <complex>
+#include <map>
+#include <mutex>
 #include <numbers>
 #include <optional>
 
@@ -27,7 +29,9 @@ FilterBank from_taps(std::vector<double> h) {
 /// h[-radius..radius] and g[n] = (-1)^(n-1) h[1-n] on the window -radius .. radius+1, radius made even.
 FilterBank from_centred(const std::vector<double>& h) {
   const auto radius = static_cast<std::int64_t>(h.size() / 2);
-  const auto at = [&](std::int64_t n) { return std::abs(n) <= radius ? h[static_cast<std::size_t>(n + radius)] : 0.0; };
+  const auto at = [&](std::int64_t n) {
+    return std::abs(n) <= radius ? h[static_cast<std::size_t>(n + radius)] : 0.0;
+  };
   FilterBank bank;
   bank.first = -(radius + radius % 2);
   for (std::int64_t n = bank.first; n <= 1 - bank.first; ++n) {
@@ -53,7 +57,8 @@ std::optional<int> number_after(std::string_view text, std::string_view prefix) 
   text.remove_prefix(prefix.size());
   int value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || (text.size() > 1 && text[0] == '0')) return std::nullopt;
+  if (error != std::errc{} || end != text.data() + text.size() || (text.size() > 1 && text[0] == '0'))
+    return std::nullopt;
   return value;
 }
 
@@ -76,25 +81,7 @@ FilterBank folded(const FilterBank& bank, std::int64_t period) {
   return result;
 }
 
-}  // namespace
-
-std::vector<std::string> wavelet_names() {
-  std::vector<std::string> names{"haar"};
-  for (int n = 4; n <= 20; n += 2) names.push_back("daubechies-" + std::to_string(n));
-  for (int n = 6; n <= 30; n += 6) names.push_back("coiflet-" + std::to_string(n));
-  for (const char* n : {"1", "3", "3:29", "3:33"}) names.push_back(std::string("battle-lemarie-") + n);
-  return names;
-}
-
-Wavelet make_wavelet(std::string_view name) {
-  std::string canonical(name);
-  if (name == "battle-lemarie" || name.starts_with("battle-lemarie:")) canonical.insert(14, "-3");
-  const auto names = wavelet_names();
-  if (std::find(names.begin(), names.end(), canonical) == names.end()) {
-    std::string list;
-    for (const auto& n : names) list += (list.empty() ? "" : " ") + n;
-    throw Error("wavelet '" + std::string(name) + "' is not one of " + list);
-  }
+Wavelet design(const std::string& canonical) {
   Wavelet w;
   w.name = canonical;
   if (const auto taps = number_after(canonical, "daubechies-")) {
@@ -123,6 +110,33 @@ Wavelet make_wavelet(std::string_view name) {
   }
   w.mean = w.family == Family::battle_lemarie ? 0 : first_moment(w.bank);
   return w;
+}
+
+}  // namespace
+
+std::vector<std::string> wavelet_names() {
+  std::vector<std::string> names{"haar"};
+  for (int n = 4; n <= 20; n += 2) names.push_back("daubechies-" + std::to_string(n));
+  for (int n = 6; n <= 30; n += 6) names.push_back("coiflet-" + std::to_string(n));
+  for (const char* n : {"1", "3", "3:29", "3:33"}) names.push_back(std::string("battle-lemarie-") + n);
+  return names;
+}
+
+Wavelet make_wavelet(std::string_view name) {
+  std::string canonical(name);
+  if (name == "battle-lemarie" || name.starts_with("battle-lemarie:")) canonical.insert(14, "-3");
+  const auto names = wavelet_names();
+  if (std::find(names.begin(), names.end(), canonical) == names.end()) {
+    std::string list;
+    for (const auto& n : names) list += (list.empty() ? "" : " ") + n;
+    throw Error("wavelet '" + std::string(name) + "' is not one of " + list);
+  }
+  static std::mutex mutex;
+  static std::map<std::string, Wavelet> designed;
+  const std::lock_guard lock(mutex);
+  auto found = designed.find(canonical);
+  if (found == designed.end()) found = designed.emplace(canonical, design(canonical)).first;
+  return found->second;
 }
 
 FilterBank periodised(const Wavelet& wavelet, std::int64_t period, double tail) {

@@ -26,14 +26,16 @@ bool affordable(const Dims& dims, int levels) {
     growth *= static_cast<double>(extended[a]) / static_cast<double>(dims[a]);
     count *= static_cast<double>(extended[a]);
   }
-  return growth <= 64 || count <= 0x1p24;
+  return growth <= 8 || count <= 0x1p24;
 }
 
 std::string text(const Dims& d) {
   return std::to_string(d[0]) + "x" + std::to_string(d[1]) + "x" + std::to_string(d[2]);
 }
 
-std::int64_t floor_half(std::int64_t x) { return x >= 0 ? x / 2 : -((1 - x) / 2); }
+std::int64_t floor_half(std::int64_t x) {
+  return x >= 0 ? x / 2 : -((1 - x) / 2);
+}
 
 }  // namespace
 
@@ -81,6 +83,21 @@ std::vector<std::array<IndexRange, 3>> layout(const Wavelet& wavelet, Boundary b
   return ranges;
 }
 
+double coefficient_count(const Wavelet& wavelet, Boundary boundary, const Dims& dims, int levels) {
+  const auto ranges = layout(wavelet, boundary, extended_dims(dims, levels), levels);
+  double sum = 0;
+  for (std::size_t level = 0; level < ranges.size(); ++level) {
+    double count = 1, bands = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      count *= static_cast<double>(ranges[level][axis].count);
+      bands *= dims[axis] > 1 ? 2 : 1;
+    }
+    if (level > 0) sum += (bands - 1) * count;
+    if (level + 1 == ranges.size()) sum += count;
+  }
+  return sum;
+}
+
 std::int64_t wrapped_index(Boundary boundary, std::int64_t p, std::int64_t n) {
   if (boundary == Boundary::periodic) return (p % n + n) % n;
   const std::int64_t q = (p % (2 * n) + 2 * n) % (2 * n);
@@ -90,9 +107,12 @@ std::int64_t wrapped_index(Boundary boundary, std::int64_t p, std::int64_t n) {
 std::int64_t extension_source(Extension extension, std::int64_t p, std::int64_t n) {
   if (p < n) return p;
   switch (extension) {
-    case Extension::replicate: return n - 1;
-    case Extension::mirror: return wrapped_index(Boundary::symmetric, p, n);
-    case Extension::zero: break;
+    case Extension::replicate:
+      return n - 1;
+    case Extension::mirror:
+      return wrapped_index(Boundary::symmetric, p, n);
+    case Extension::zero:
+      break;
   }
   return -1;
 }
@@ -102,13 +122,14 @@ void validate(const Decomposition<T>& d) {
   const Wavelet wavelet = make_wavelet(d.wavelet);
   d.geometry.validate();
   if (extended_dims(d.geometry.dims, d.levels) != d.extended_dims) {
-    throw Error("coefficients of a box of " + text(d.extended_dims) + " do not belong to " + std::to_string(d.levels) +
-                " levels of a volume of " + text(d.geometry.dims));
+    throw Error("coefficients of a box of " + text(d.extended_dims) + " do not belong to " +
+                std::to_string(d.levels) + " levels of a volume of " + text(d.geometry.dims));
   }
   const auto ranges = layout(wavelet, d.boundary, d.extended_dims, d.levels);
   std::set<std::pair<int, int>> seen;
   for (const auto& band : d.subbands) {
-    const std::string label = "subband level" + std::to_string(band.level) + "." + orientation_name(band.orientation);
+    const std::string label =
+        "subband level" + std::to_string(band.level) + "." + orientation_name(band.orientation);
     if (band.level < 0 || band.level > d.levels || band.orientation < 0 || band.orientation > 7 ||
         (band.orientation == 0) != (band.level == d.levels && band.orientation == 0) ||
         (band.level == 0 && d.levels > 0)) {
@@ -125,8 +146,8 @@ void validate(const Decomposition<T>& d) {
       count = checked_product(count, band.dims[axis]);
     }
     if (static_cast<std::int64_t>(band.coefficients.size()) != count) {
-      throw Error(label + " holds " + std::to_string(band.coefficients.size()) + " of " + std::to_string(count) +
-                  " coefficients");
+      throw Error(label + " holds " + std::to_string(band.coefficients.size()) + " of " +
+                  std::to_string(count) + " coefficients");
     }
     if (!seen.insert({band.level, band.orientation}).second) throw Error(label + " comes twice");
   }

@@ -13,8 +13,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// kTaps > 0: number of taps known to the compiler. kVectors at a time hide the latency of the additions.
 template <int kTaps, int kVectors, bool kHigh, class T>
 HWY_INLINE std::int64_t combine_blocks(const T* const* HWY_RESTRICT rows, const T* HWY_RESTRICT a,
-                                       const T* HWY_RESTRICT b, int taps, std::int64_t begin, std::int64_t count,
-                                       T* HWY_RESTRICT low, T* HWY_RESTRICT high) {
+                                       const T* HWY_RESTRICT b, int taps, std::int64_t begin,
+                                       std::int64_t count, T* HWY_RESTRICT low, T* HWY_RESTRICT high) {
   const hn::ScalableTag<T> d;
   using V = hn::Vec<decltype(d)>;
   [[maybe_unused]] const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
@@ -48,8 +48,8 @@ HWY_INLINE std::int64_t combine_blocks(const T* const* HWY_RESTRICT rows, const 
 }
 
 template <int kTaps, bool kHigh, class T>
-HWY_INLINE void combine_taps(const T* const* rows, const T* a, const T* b, int taps, std::int64_t count, T* low,
-                             T* high) {
+HWY_INLINE void combine_taps(const T* const* rows, const T* a, const T* b, int taps, std::int64_t count,
+                             T* low, T* high) {
   std::int64_t i = combine_blocks<kTaps, 4, kHigh>(rows, a, b, taps, 0, count, low, high);
   i = combine_blocks<kTaps, 1, kHigh>(rows, a, b, taps, i, count, low, high);
   for (; i < count; ++i) {
@@ -64,14 +64,18 @@ HWY_INLINE void combine_taps(const T* const* rows, const T* a, const T* b, int t
 }
 
 template <class T>
-HWY_INLINE void combine_rows(const T* const* rows, const T* a, const T* b, int taps, std::int64_t count, T* low,
-                             T* high) {
+HWY_INLINE void combine_rows(const T* const* rows, const T* a, const T* b, int taps, std::int64_t count,
+                             T* low, T* high) {
   if (high == nullptr) return combine_taps<0, false>(rows, a, b, taps, count, low, low);
   switch (taps) {
-    case 2: return combine_taps<2, true>(rows, a, b, taps, count, low, high);
-    case 4: return combine_taps<4, true>(rows, a, b, taps, count, low, high);
-    case 6: return combine_taps<6, true>(rows, a, b, taps, count, low, high);
-    default: return combine_taps<0, true>(rows, a, b, taps, count, low, high);
+    case 2:
+      return combine_taps<2, true>(rows, a, b, taps, count, low, high);
+    case 4:
+      return combine_taps<4, true>(rows, a, b, taps, count, low, high);
+    case 6:
+      return combine_taps<6, true>(rows, a, b, taps, count, low, high);
+    default:
+      return combine_taps<0, true>(rows, a, b, taps, count, low, high);
   }
 }
 
@@ -113,18 +117,26 @@ HWY_INLINE void interleave_row(const T* HWY_RESTRICT even, const T* HWY_RESTRICT
   }
 }
 
-void combine_f32(const float* const* rows, const float* a, const float* b, int taps, std::int64_t count, float* low,
-                 float* high) {
+void combine_f32(const float* const* rows, const float* a, const float* b, int taps, std::int64_t count,
+                 float* low, float* high) {
   combine_rows(rows, a, b, taps, count, low, high);
 }
 void combine_f64(const double* const* rows, const double* a, const double* b, int taps, std::int64_t count,
                  double* low, double* high) {
   combine_rows(rows, a, b, taps, count, low, high);
 }
-void deinterleave_f32(const float* x, std::int64_t n, float* even, float* odd) { deinterleave_row(x, n, even, odd); }
-void deinterleave_f64(const double* x, std::int64_t n, double* even, double* odd) { deinterleave_row(x, n, even, odd); }
-void interleave_f32(const float* even, const float* odd, std::int64_t n, float* x) { interleave_row(even, odd, n, x); }
-void interleave_f64(const double* even, const double* odd, std::int64_t n, double* x) { interleave_row(even, odd, n, x); }
+void deinterleave_f32(const float* x, std::int64_t n, float* even, float* odd) {
+  deinterleave_row(x, n, even, odd);
+}
+void deinterleave_f64(const double* x, std::int64_t n, double* even, double* odd) {
+  deinterleave_row(x, n, even, odd);
+}
+void interleave_f32(const float* even, const float* odd, std::int64_t n, float* x) {
+  interleave_row(even, odd, n, x);
+}
+void interleave_f64(const double* even, const double* odd, std::int64_t n, double* x) {
+  interleave_row(even, odd, n, x);
+}
 
 }  // namespace vol::wavelet::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -139,12 +151,12 @@ HWY_EXPORT(deinterleave_f64);
 HWY_EXPORT(interleave_f32);
 HWY_EXPORT(interleave_f64);
 
-void combine(const float* const* rows, const float* a, const float* b, int taps, std::int64_t count, float* low,
-             float* high) {
+void combine(const float* const* rows, const float* a, const float* b, int taps, std::int64_t count,
+             float* low, float* high) {
   HWY_DYNAMIC_DISPATCH(combine_f32)(rows, a, b, taps, count, low, high);
 }
-void combine(const double* const* rows, const double* a, const double* b, int taps, std::int64_t count, double* low,
-             double* high) {
+void combine(const double* const* rows, const double* a, const double* b, int taps, std::int64_t count,
+             double* low, double* high) {
   HWY_DYNAMIC_DISPATCH(combine_f64)(rows, a, b, taps, count, low, high);
 }
 void deinterleave(const float* x, std::int64_t n, float* even, float* odd) {

@@ -10,13 +10,13 @@
 namespace vol::wavelet {
 namespace {
 
-/// What a task works in: two planes after z, two rows after y with room for their periodic continuation, and one
-/// row's even and odd samples after x.
+/// What a task works in: two planes after z, two rows after y with room for their periodic continuation, and
+/// one row's even and odd samples after x.
 template <class T>
 class Task {
  public:
-  Task(const std::array<const T*, 8>& bands, const std::array<SynthesisAxis<T>, 3>& axes, T* to, std::int64_t y_begin,
-       std::int64_t y_end)
+  Task(const std::array<const T*, 8>& bands, const std::array<SynthesisAxis<T>, 3>& axes, T* to,
+       std::int64_t y_begin, std::int64_t y_end)
       : bands_(bands), x_(axes[0]), y_(axes[1]), z_(axes[2]), to_(to), y_begin_(y_begin), y_end_(y_end) {
     pitch_ = (x_.inputs * x_.bands() + 15) / 16 * 16 + 16;
     plane_rows_ = y_end - y_begin + y_.lags - 1;
@@ -50,11 +50,12 @@ class Task {
           for (std::size_t i = 0; i < z_.terms.size(); ++i) {
             const auto& term = z_.terms[i];
             const std::int64_t z = z_.source[static_cast<std::size_t>(t - term.lag + z_.lags - 1)];
-            rows_[i] = bands_[static_cast<std::size_t>(bx + 2 * by + 4 * term.band)] + (z * y_.inputs + y) * x_.inputs;
+            rows_[i] = bands_[static_cast<std::size_t>(bx + 2 * by + 4 * term.band)] +
+                       (z * y_.inputs + y) * x_.inputs;
           }
           T* to = even + bx * x_.inputs;
-          combine(rows_.data(), z_.even.data(), z_.odd.data(), static_cast<int>(z_.terms.size()), x_.inputs, to,
-                  z_.transformed ? to + plane_size_ : nullptr);
+          combine(rows_.data(), z_.even.data(), z_.odd.data(), static_cast<int>(z_.terms.size()), x_.inputs,
+                  to, z_.transformed ? to + plane_size_ : nullptr);
         }
       }
     }
@@ -84,9 +85,10 @@ class Task {
   void combine_row(T* row, T* to) {
     for (int b = 0; b < x_.bands(); ++b) {
       T* c = row + b * padded_ + before_;
-      const auto continued = [&](std::int64_t k) {  // coefficient k of the padded row, outside the stored ones
-        c[k] = c[x_.source[static_cast<std::size_t>(k - x_.origin + x_.lags - 1)]];
-      };
+      const auto continued =
+          [&](std::int64_t k) {  // coefficient k of the padded row, outside the stored ones
+            c[k] = c[x_.source[static_cast<std::size_t>(k - x_.origin + x_.lags - 1)]];
+          };
       for (std::int64_t k = x_.origin - (x_.lags - 1); k < 0; ++k) continued(k);
       for (std::int64_t k = x_.inputs; k < x_.origin + x_.pairs; ++k) continued(k);
     }
@@ -115,13 +117,15 @@ class Task {
   std::vector<const T*> rows_;
 };
 
-std::int64_t floor_half(std::int64_t x) { return x >= 0 ? x / 2 : -((1 - x) / 2); }
+std::int64_t floor_half(std::int64_t x) {
+  return x >= 0 ? x / 2 : -((1 - x) / 2);
+}
 
 }  // namespace
 
 template <class T>
-SynthesisAxis<T> synthesis_axis(const Wavelet& wavelet, Boundary boundary, const IndexRange& out, const IndexRange& in,
-                                std::int64_t wanted, bool transformed) {
+SynthesisAxis<T> synthesis_axis(const Wavelet& wavelet, Boundary boundary, const IndexRange& out,
+                                const IndexRange& in, std::int64_t wanted, bool transformed) {
   SynthesisAxis<T> axis;
   axis.transformed = transformed;
   axis.inputs = in.count;
@@ -162,7 +166,8 @@ SynthesisAxis<T> synthesis_axis(const Wavelet& wavelet, Boundary boundary, const
 }
 
 template <class T>
-void synthesize_level(const std::array<const T*, 8>& bands, const std::array<SynthesisAxis<T>, 3>& axes, T* to) {
+void synthesize_level(const std::array<const T*, 8>& bands, const std::array<SynthesisAxis<T>, 3>& axes,
+                      T* to) {
   const auto& [x, y, z] = axes;
   // The coefficients of `lags` planes in all bands are what a task should find in the cache again.
   const std::int64_t row_bytes =
@@ -184,8 +189,9 @@ template SynthesisAxis<float> synthesis_axis(const Wavelet&, Boundary, const Ind
                                              std::int64_t, bool);
 template SynthesisAxis<double> synthesis_axis(const Wavelet&, Boundary, const IndexRange&, const IndexRange&,
                                               std::int64_t, bool);
-template void synthesize_level(const std::array<const float*, 8>&, const std::array<SynthesisAxis<float>, 3>&, float*);
-template void synthesize_level(const std::array<const double*, 8>&, const std::array<SynthesisAxis<double>, 3>&,
-                               double*);
+template void synthesize_level(const std::array<const float*, 8>&, const std::array<SynthesisAxis<float>, 3>&,
+                               float*);
+template void synthesize_level(const std::array<const double*, 8>&,
+                               const std::array<SynthesisAxis<double>, 3>&, double*);
 
 }  // namespace vol::wavelet

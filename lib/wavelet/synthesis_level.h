@@ -16,8 +16,8 @@ struct SynthesisAxis {
     std::int64_t lag;  ///< j
   };
   bool transformed = true;
-  std::int64_t inputs = 1;           ///< coefficients a band
-  std::int64_t outputs = 1;          ///< samples wanted
+  std::int64_t inputs = 1;   ///< coefficients a band
+  std::int64_t outputs = 1;  ///< samples wanted
   std::int64_t pairs = 1;
   std::int64_t first_sample = 0;     ///< of pair 0: 0 or -1
   std::int64_t lags = 1;             ///< taps / 2
@@ -32,11 +32,13 @@ struct SynthesisAxis {
 /// \param out     range of the level below, of which the first `wanted` samples are asked for
 /// \param in      range of this level's coefficients
 template <class T>
-[[nodiscard]] SynthesisAxis<T> synthesis_axis(const Wavelet& wavelet, Boundary boundary, const IndexRange& out,
-                                              const IndexRange& in, std::int64_t wanted, bool transformed);
+[[nodiscard]] SynthesisAxis<T> synthesis_axis(const Wavelet& wavelet, Boundary boundary,
+                                              const IndexRange& out, const IndexRange& in,
+                                              std::int64_t wanted, bool transformed);
 
 /// Inverse of analyze_level: `to` receives outputs[0] x outputs[1] x outputs[2] samples.
 template <class T>
-void synthesize_level(const std::array<const T*, 8>& bands, const std::array<SynthesisAxis<T>, 3>& axes, T* to);
+void synthesize_level(const std::array<const T*, 8>& bands, const std::array<SynthesisAxis<T>, 3>& axes,
+                      T* to);
 
 }  // namespace vol::wavelet

@@ -24,7 +24,8 @@ struct Case {
 };
 
 std::string label(const testing::TestParamInfo<Case>& info) {
-  std::string name = info.param.wavelet + (info.param.boundary == Boundary::periodic ? "_periodic" : "_symmetric");
+  std::string name =
+      info.param.wavelet + (info.param.boundary == Boundary::periodic ? "_periodic" : "_symmetric");
   for (char& c : name) {
     if (c == '-' || c == ':') c = '_';
   }
@@ -49,51 +50,64 @@ Decomposition<T> analyzed(const Volume& volume, const DwtOptions& options) {
 class Transform : public testing::TestWithParam<Case> {
  protected:
   [[nodiscard]] DwtOptions options(int levels, Extension extension = Extension::replicate) const {
-    return {.wavelet = GetParam().wavelet, .levels = levels, .boundary = GetParam().boundary, .extension = extension};
+    return {.wavelet = GetParam().wavelet,
+            .levels = levels,
+            .boundary = GetParam().boundary,
+            .extension = extension};
   }
-  /// Battle-Lemarie with the symmetric boundary keeps some 116 coefficients beyond each end: few and small cases.
+  /// Battle-Lemarie with the symmetric boundary keeps some 116 coefficients beyond each end: few and small
+  /// cases.
   [[nodiscard]] bool heavy() const {
     return GetParam().wavelet.starts_with("battle") && GetParam().boundary == Boundary::symmetric;
   }
 };
 
-// Every length 1..40 along every axis; the lengths of the other two axes and the depth are drawn.
+// Every length 1..40 along every axis; the lengths of the other two axes and the depth are drawn, and cut
+// where the box would be too large for a quick test.
 TEST_P(Transform, ReconstructsPerfectly) {
   Rng rng(GetParam().wavelet.size() * 7 + static_cast<std::size_t>(GetParam().boundary));
   const Extension extensions[] = {Extension::replicate, Extension::mirror, Extension::zero};
+  const auto size = [](const Dims& d) { return d[0] * d[1] * d[2]; };
   for (std::int64_t length = 1; length <= 40; length += heavy() ? 13 : 1) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       Dims dims;
-      for (auto& n : dims) n = 1 + static_cast<std::int64_t>(rng.below(heavy() ? 4 : 40));
+      for (auto& n : dims) n = 1 + static_cast<std::int64_t>(rng.below(40));
+      if (heavy()) dims = {1, 1, 1};
       dims[axis] = length;
-      const int most = heavy() ? 2 : (dims[0] * dims[1] * dims[2] > 4000 ? 4 : 6);
-      const int levels = 1 + static_cast<int>(rng.below(static_cast<std::uint64_t>(most)));
-      const auto o = options(levels, extensions[rng.below(3)]);
-      if (extended_dims(dims, levels)[0] * extended_dims(dims, levels)[1] * extended_dims(dims, levels)[2] > 400000) {
-        continue;
+      if (heavy()) dims[(axis + 1) % 3] = 1 + static_cast<std::int64_t>(rng.below(3));
+      const int levels = 1 + static_cast<int>(rng.below(heavy() ? 3 : 5));
+      while (size(extended_dims(dims, levels)) > 40000) {
+        for (std::size_t a = 0; a < 3; ++a) {
+          if (a != axis) dims[a] = (dims[a] + 1) / 2;
+        }
       }
-      SCOPED_TRACE(testing::Message() << dims[0] << "x" << dims[1] << "x" << dims[2] << ", " << levels << " levels");
+      const auto o = options(levels, extensions[rng.below(3)]);
+      SCOPED_TRACE(testing::Message()
+                   << dims[0] << "x" << dims[1] << "x" << dims[2] << ", " << levels << " levels");
       const Volume f = random_volume<double>(dims, rng.next());
       const auto back = synthesize(analyzed<double>(f, o));
       ASSERT_EQ(back.geometry, f.geometry());
       EXPECT_LT(relative_difference(back.voxels, grid_of<double>(f).voxels), 1e-13);
       const Volume g = random_volume<float>(dims, rng.next(), 255);
-      EXPECT_LT(relative_difference(synthesize(analyzed<float>(g, o)).voxels, grid_of<float>(g).voxels), 2e-6);
+      EXPECT_LT(relative_difference(synthesize(analyzed<float>(g, o)).voxels, grid_of<float>(g).voxels),
+                2e-6);
     }
   }
 }
 
-// Rounding: each of the 3 * levels filterings adds at most taps * ulp/2 of what it sums; the taps of a filter sum
-// to less than 3, and small ones come first. 1e-14 and 4e-6 (of the largest coefficient) leave a factor of ten.
+// Rounding: each of the 3 * levels filterings adds at most taps * ulp/2 of what it sums; the taps of a filter
+// sum to less than 3, and small ones come first. 1e-14 and 4e-6 (of the largest coefficient) leave a factor
+// of ten.
 TEST_P(Transform, IsTheReferenceToRounding) {
   Rng rng(GetParam().wavelet.size() * 31 + static_cast<std::size_t>(GetParam().boundary));
   for (int draw = 0; draw < (heavy() ? 1 : 6); ++draw) {
     Dims dims;
     for (auto& n : dims) n = 2 + static_cast<std::int64_t>(rng.below(heavy() ? 3 : 24));
-    if (draw == 1) dims[rng.below(3)] = 1;
+    if (draw == 1 || heavy()) dims[rng.below(3)] = 1;
     const int levels = 1 + static_cast<int>(rng.below(heavy() ? 1 : 3));
     const auto o = options(levels, draw % 2 == 0 ? Extension::mirror : Extension::zero);
-    SCOPED_TRACE(testing::Message() << dims[0] << "x" << dims[1] << "x" << dims[2] << ", " << levels << " levels");
+    SCOPED_TRACE(testing::Message() << dims[0] << "x" << dims[1] << "x" << dims[2] << ", " << levels
+                                    << " levels");
     const Volume f = random_volume<float>(dims, rng.next());
     const auto reference = analyze_reference(f, o);
     const auto in_double = analyzed<double>(f, o);
@@ -132,8 +146,8 @@ TEST(Parseval, PeriodicTransformKeepsTheEnergyOfTheExtendedBox) {
   }
 }
 
-// Adjoint = inverse: <W f, c> = <f, W^-1 c> for random f and c. Rounding of a sum of n random terms of size 1:
-// sqrt(n) eps against values of size sqrt(n).
+// Adjoint = inverse: <W f, c> = <f, W^-1 c> for random f and c. Rounding of a sum of n random terms of size
+// 1: sqrt(n) eps against values of size sqrt(n).
 TEST(Adjoint, SynthesisIsTheTransposeOfAnalysis) {
   const DwtOptions options{.wavelet = "daubechies-8", .levels = 2};
   const Volume f = random_volume<double>({12, 20, 8}, 3);
@@ -170,7 +184,8 @@ Volume polynomial(const Dims& dims, int degree) {
   return f;
 }
 
-// A detail coefficient whose window stays inside the volume sees a polynomial below the vanishing moments: none.
+// A detail coefficient whose window stays inside the volume sees a polynomial below the vanishing moments:
+// none.
 TEST(VanishingMoments, PolynomialsLeaveNoDetailAwayFromTheBoundary) {
   for (const auto& name : wavelet_names()) {
     const Wavelet w = make_wavelet(name);
@@ -202,7 +217,7 @@ TEST(VanishingMoments, PolynomialsLeaveNoDetailAwayFromTheBoundary) {
       } else {
         EXPECT_GT(inside, 1e-9) << name << " degree " << degree;  // and no more than that
       }
-      EXPECT_TRUE(degree == 0 || outside > 1e-6) << name;  // the period's seam
+      EXPECT_TRUE(degree == 0 || w.bank.taps() == 2 || outside > 1e-6) << name;  // the period's seam
     }
   }
 }
@@ -239,8 +254,10 @@ TEST(Impulse, LandsWhereTheDefinitionSays) {
         const std::int64_t n = 31 - 2 * k - w.bank.first;
         const bool inside = n >= 0 && n < w.bank.taps();
         const auto i = static_cast<std::size_t>(n);
-        EXPECT_EQ(d.subbands[0].coefficients[static_cast<std::size_t>(k)], inside ? w.bank.h[i] : 0) << name << k;
-        EXPECT_EQ(d.subbands[1].coefficients[static_cast<std::size_t>(k)], inside ? w.bank.g[i] : 0) << name << k;
+        EXPECT_EQ(d.subbands[0].coefficients[static_cast<std::size_t>(k)], inside ? w.bank.h[i] : 0)
+            << name << k;
+        EXPECT_EQ(d.subbands[1].coefficients[static_cast<std::size_t>(k)], inside ? w.bank.g[i] : 0)
+            << name << k;
       }
     }
   }
@@ -266,10 +283,11 @@ TEST(Truncated, ThereAndBackIsOffAsMuchAsTheNotesSay) {
   EXPECT_LT(off("battle-lemarie:29"), std::pow(1 + bound.round_trip_error, 3) - 1);
 }
 
-// Voxel types are converted on the way in; the coefficients are those of the converted volume, to the last bit.
+// Voxel types are converted on the way in; the coefficients are those of the converted volume, to the last
+// bit.
 TEST(VoxelTypes, ConvertOnTheFly) {
-  for (const auto type : {VoxelType::i8, VoxelType::u8, VoxelType::i16, VoxelType::u16, VoxelType::i32, VoxelType::u32,
-                          VoxelType::f16, VoxelType::f32, VoxelType::f64}) {
+  for (const auto type : {VoxelType::i8, VoxelType::u8, VoxelType::i16, VoxelType::u16, VoxelType::i32,
+                          VoxelType::u32, VoxelType::f16, VoxelType::f32, VoxelType::f64}) {
     volume::GridGeometry geometry;
     geometry.dims = {19, 7, 11};
     Volume f = volume::allocate(type, geometry);
@@ -328,12 +346,13 @@ TEST(Levels, TooManyAreRefusedWithTheMostThatFits) {
   }
   EXPECT_THROW((void)extended_dims({300, 300, 3}, -1), Error);
   EXPECT_THROW((void)extended_dims({300, 300, 3}, 31), Error);
-  EXPECT_THROW((void)extended_dims({1 << 20, 1 << 20, 1 << 20}, 20), Error);
+  EXPECT_THROW((void)extended_dims({1 << 22, 1 << 22, 1 << 22}, 1), Error);
 }
 
 // A decomposition from a file is believed only when it is one that the transform makes.
 TEST(Validate, RefusesWhatTheTransformCannotHaveMade) {
-  const auto good = analyzed<float>(random_volume<float>({8, 9, 10}, 1), {.wavelet = "daubechies-4", .levels = 2});
+  const auto good =
+      analyzed<float>(random_volume<float>({8, 9, 10}, 1), {.wavelet = "daubechies-4", .levels = 2});
   EXPECT_NO_THROW(validate(good));
   const auto broken = [&](const auto& change) {
     auto d = good;

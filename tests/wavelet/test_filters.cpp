@@ -67,7 +67,8 @@ TEST_P(EveryWavelet, TruncationIsVisible) {
 }
 
 /// sum f[n] ((n - centre) / scale)^power and the sum of the magnitudes of its terms.
-std::pair<double, double> moment(const FilterBank& bank, const std::vector<double>& f, int power, double centre) {
+std::pair<double, double> moment(const FilterBank& bank, const std::vector<double>& f, int power,
+                                 double centre) {
   const double scale = static_cast<double>(bank.taps()) / 2;
   double sum = 0, magnitude = 0;
   for (std::int64_t i = 0; i < bank.taps(); ++i) {
@@ -79,10 +80,12 @@ std::pair<double, double> moment(const FilterBank& bank, const std::vector<doubl
   return {sum, magnitude};
 }
 
-// The double taps are rounded by 1e-16 of the largest one each: 30 of them, hence 1e-15 of the terms' scale 1.
+// The double taps are rounded by 1e-16 of the largest one each: 30 of them, hence 1e-15 of the terms'
+// scale 1.
 TEST_P(EveryWavelet, WaveletHasItsVanishingMomentsAndNoMore) {
   if (!wavelet_.orthonormal) GTEST_SKIP() << "a cut filter has no vanishing moments";
-  const double centre = static_cast<double>(wavelet_.bank.first) + static_cast<double>(wavelet_.bank.taps() - 1) / 2;
+  const double centre =
+      static_cast<double>(wavelet_.bank.first) + static_cast<double>(wavelet_.bank.taps() - 1) / 2;
   for (int p = 0; p < wavelet_.vanishing_moments; ++p) {
     EXPECT_LT(std::abs(moment(wavelet_.bank, wavelet_.bank.g, p, centre).first), 5e-15) << p;
   }
@@ -92,7 +95,9 @@ TEST_P(EveryWavelet, WaveletHasItsVanishingMomentsAndNoMore) {
   }
 }
 
-TEST_P(EveryWavelet, NameIsCanonical) { EXPECT_EQ(wavelet_.name, GetParam()); }
+TEST_P(EveryWavelet, NameIsCanonical) {
+  EXPECT_EQ(wavelet_.name, GetParam());
+}
 
 // The taps on a period are orthonormal there, whatever the period: to rounding, for the infinite ones too.
 TEST_P(EveryWavelet, PeriodisedFiltersAreOrthonormalOnTheirPeriod) {
@@ -124,7 +129,8 @@ TEST_P(EveryWavelet, PeriodisedFiltersAreOrthonormalOnTheirPeriod) {
 INSTANTIATE_TEST_SUITE_P(Filters, EveryWavelet, testing::ValuesIn(wavelet_names()), test_name);
 
 // Energy arrives as early as it can: the partial energies of a minimum-phase filter are at least those of its
-// time reverse and of any filter with a zero moved outside. Zeros inside the circle: |H(z)| has no zero, |z| > 1.
+// time reverse and of any filter with a zero moved outside. Zeros inside the circle: |H(z)| has no zero, |z|
+// > 1.
 TEST(Daubechies, MinimumPhase) {
   for (int taps = 4; taps <= 20; taps += 2) {
     const auto h = daubechies_taps(taps);
@@ -134,8 +140,8 @@ TEST(Daubechies, MinimumPhase) {
       late += h[h.size() - 1 - n] * h[h.size() - 1 - n];
       EXPECT_GE(early, late - 1e-15) << taps;
     }
-    // Argument principle: H as a polynomial in 1/z turns as often as it has zeros outside the unit circle; on a
-    // circle a little wider than 1 (the zero at -1 is on it), none.
+    // Argument principle: H as a polynomial in 1/z turns as often as it has zeros outside the unit circle; on
+    // a circle a little wider than 1 (the zero at -1 is on it), none.
     double turned = 0;
     std::complex<double> before = 0;
     for (int k = 0; k <= 20000; ++k) {
@@ -152,8 +158,9 @@ TEST(Daubechies, MinimumPhase) {
 TEST(Daubechies, FourTapsInClosedForm) {
   const double r = std::sqrt(3.0), s = 4 * std::numbers::sqrt2;
   const auto h = daubechies_taps(4);
-  EXPECT_THAT(h, testing::ElementsAre(testing::DoubleNear((1 + r) / s, 1e-16), testing::DoubleNear((3 + r) / s, 3e-16),
-                                      testing::DoubleNear((3 - r) / s, 1e-16), testing::DoubleNear((1 - r) / s, 1e-16)));
+  EXPECT_THAT(h, testing::ElementsAre(
+                     testing::DoubleNear((1 + r) / s, 1e-16), testing::DoubleNear((3 + r) / s, 3e-16),
+                     testing::DoubleNear((3 - r) / s, 1e-16), testing::DoubleNear((1 - r) / s, 1e-16)));
 }
 
 TEST(Coiflet, SixTapsInClosedForm) {
@@ -185,7 +192,8 @@ TEST(BattleLemarie, ResponseIsTheRatioOfItsSeries) {
     EXPECT_NEAR(series(0.7), degree == 3 ? 17.34665379542919 : series(0.7), 1e-12);
     for (const double w : {0.3, 0.7, 1.9, 2.9, 4.1}) {
       const double expected = std::sqrt(series(w) / (std::pow(2, 2 * degree + 2) * series(2 * w)));
-      EXPECT_NEAR(static_cast<double>(battle_lemarie_response(degree, w)), expected, 1e-12) << degree << " " << w;
+      EXPECT_NEAR(static_cast<double>(battle_lemarie_response(degree, w)), expected, 1e-12)
+          << degree << " " << w;
     }
   }
 }
@@ -198,15 +206,15 @@ TEST(BattleLemarie, TwoHundredAndOneTapsAreEnoughFor1e13) {
   EXPECT_GT(tail, 1e-15);
 }
 
-// Gross, Lippert, Dreger & Koch 1995, appendix A, to the digits that are right there: the last digits printed of
-// Daubechies and Coiflet are exact to 1e-12 (the fifth Coiflet tap is misprinted and left out), those of
+// Gross, Lippert, Dreger & Koch 1995, appendix A, to the digits that are right there: the last digits printed
+// of Daubechies and Coiflet are exact to 1e-12 (the fifth Coiflet tap is misprinted and left out), those of
 // Battle-Lemarie to 6e-7 for |n| <= 1 and 4e-8 beyond; h(+-14) is misprinted by a factor of ten.
 TEST(AppendixA, DigitsOfGrossEtAl) {
   const double d4[] = {0.482962913145, 0.836516303738, 0.224143868042, -.129409522551};
   const double c6[] = {-.072732619494, 0.337897662369, 0.852572019987, 0.384864846763, 0, -.015655728131};
-  const double bl[] = {0.766130398,  0.433923147,  -.050201753, -.110036987, 0.032080869,
-                       0.042068328,  -.017176331,  -.017982291, 0.008685294, 0.008201477,
-                       -.004353840,  -.003882426,  0.002186714, 0.001882134, -.001103739};
+  const double bl[] = {0.766130398, 0.433923147, -.050201753, -.110036987, 0.032080869,
+                       0.042068328, -.017176331, -.017982291, 0.008685294, 0.008201477,
+                       -.004353840, -.003882426, 0.002186714, 0.001882134, -.001103739};
   const auto d = daubechies_taps(4);
   const auto c = coiflet_taps(6);
   const auto b = battle_lemarie_taps(3, 14);
@@ -224,8 +232,8 @@ TEST(AppendixA, DigitsOfGrossEtAl) {
 TEST(MakeWavelet, ShortNamesAndUnknownNames) {
   EXPECT_EQ(make_wavelet("battle-lemarie").name, "battle-lemarie-3");
   EXPECT_EQ(make_wavelet("battle-lemarie:29").name, "battle-lemarie-3:29");
-  for (const char* wrong : {"", "daubechies-3", "daubechies-22", "daubechies-2", "coiflet-8", "battle-lemarie-2",
-                            "battle-lemarie:31", "Haar", "daubechies-04"}) {
+  for (const char* wrong : {"", "daubechies-3", "daubechies-22", "daubechies-2", "coiflet-8",
+                            "battle-lemarie-2", "battle-lemarie:31", "Haar", "daubechies-04"}) {
     try {
       (void)make_wavelet(wrong);
       FAIL() << wrong;
@@ -236,7 +244,8 @@ TEST(MakeWavelet, ShortNamesAndUnknownNames) {
   }
 }
 
-// The bounds hold for what they bound and are attained: sup |H|^2 + ... of the truncated filters is just above 1.
+// The bounds hold for what they bound and are attained: sup |H|^2 + ... of the truncated filters is just
+// above 1.
 TEST(FrameBounds, OneAndZeroForOrthonormalFilters) {
   EXPECT_EQ(frame_bounds(make_wavelet("coiflet-12")).synthesis_norm, 1);
   EXPECT_EQ(frame_bounds(make_wavelet("coiflet-12")).round_trip_error, 0);
