@@ -97,24 +97,29 @@ int complain(const char* tool, const char* message) {
 constexpr std::size_t kHelpColumns = 100, kHelpTextColumn = 30;
 
 /// CLI11 does not break lines. What is longer than kHelpColumns is broken at a space, or within a list of
-/// choices after a comma, and goes on under the column that it stands in.
+/// choices after a comma, and goes on under the column that it stands in; the example stays a command that
+/// runs.
 std::string wrap_help(const std::string& help) {
   std::string wrapped;
+  bool example = false;
   for (std::size_t begin = 0; begin < help.size();) {
     const std::size_t end = std::min(help.find('\n', begin), help.size());
     std::string line = help.substr(begin, end - begin);
     begin = end + 1;
+    example = line == "Example:" || (example && !line.empty());
+    const std::string go_on = example ? " \\" : "";
+    const std::size_t columns = kHelpColumns - go_on.size();
     const bool entry = line.starts_with("  ");
     const bool has_text =
         entry && line.size() > kHelpTextColumn && line.substr(kHelpTextColumn - 2, 2) == "  ";
     const std::size_t indent = has_text ? kHelpTextColumn : entry ? 6 : 0;
     while (line.size() > kHelpColumns) {
-      std::size_t cut = line.rfind(' ', kHelpColumns);
-      if (cut == std::string::npos || cut <= indent) cut = line.rfind(',', kHelpColumns - 1);
+      std::size_t cut = line.rfind(' ', columns);
+      if (cut == std::string::npos || cut <= indent) cut = line.rfind(',', columns - 1);
       if (cut == std::string::npos || cut <= indent) break;  // one long word
       const std::size_t next = cut + 1;
       if (line[cut] == ',') ++cut;
-      wrapped += line.substr(0, cut) + "\n";
+      wrapped += line.substr(0, cut) + go_on + "\n";
       line = std::string(indent, ' ') + line.substr(next);
     }
     wrapped += line + "\n";

@@ -116,10 +116,10 @@ class Contract:
 
     def small_run(self, folder):
         command = self.small(folder)
-        done = self.run(command, folder)
+        done = self.run(command + " --quiet", folder)
         if not self.expect(f"the small run works: {command}", done.returncode == 0, done.returncode, done.stderr.decode()):
             return
-        self.expect("a good run is silent on standard error", not done.stderr, done.stderr.decode())
+        self.expect("a good run with --quiet is silent on standard error", not done.stderr, done.stderr.decode())
 
     def repeatable(self, folder):
         """Same input and options, same bytes; threads do not count."""
@@ -149,7 +149,7 @@ class Contract:
                     record["inputs"], record["outputs"])
         broken = {**record, "peak_rss_bytes": "much"}
         self.expect("the schema can fail", not jsonschema.Draft7Validator(schema).is_valid(broken))
-        done = self.run(command + " --stats -", folder)
+        done = self.run(command + " --quiet --stats -", folder)
         try:
             json.loads(done.stderr)
         except ValueError:
@@ -183,6 +183,7 @@ class Contract:
         if not output:
             return
         name = output.group(1)
+        command += " --quiet"
         for place in (f"no-such-folder/{name}", f"/proc/{name}"):
             self.refuses(f"an output in {place} is refused", self.run(command.replace(f"-o {name}", f"-o {place}"), folder))
         (folder / "folder").mkdir()
@@ -230,7 +231,7 @@ class Contract:
             return
         command = "\n".join(line.strip() for line in match.group(1).splitlines())
         (folder / "configs").symlink_to(ROOT / "configs")
-        words = shlex.split(command.replace("|", " | ").replace("\n", " ; "))
+        words = shlex.split(command.replace("\\\n", " ").replace("|", " | ").replace("\n", " ; "))
         made = {words[i + 1] for i, word in enumerate(words[:-1]) if word in ("-o", "--output", "--difference", "--stats", ">")}
         for word in words:
             kind = {".nrrd": "volume", ".vdb": "coefficients", ".exr": "image"}.get(pathlib.Path(word).suffix)
