@@ -11,8 +11,9 @@ What differs from the paper. Its transfer function, view and quadrature are not 
 named above each table (orthographic, view 30,20, width 100 voxels, {size} pixels). Its data are the negative half of the
 64^3 iron protein{same_data}. Its machine was an SGI O2 with a 174 MHz R5000; here {host}. The normalisation of
 its coefficients is not given; here an orthonormal coefficient of level m times 2^(-3m/2) is held against epsilon, so that
-both are on the data's scale. A coefficient is relevant in its whole support (Battle-Lemarie: 33 taps there, the untruncated
-filter here). *Blind* is the paper's rule: a step is taken wherever it leads, and nothing is skipped but by the index.
+both are on the data's scale. The paper takes a coefficient for relevant in its whole support (33 taps for Battle-Lemarie); so
+taken, the untruncated Battle-Lemarie filter never allows a longer step on 64^3 voxels, and relevance here is the part of the
+support that holds 0.99 of the energy. *Blind* is the paper's rule: a step is taken wherever it leads, and nothing is skipped but by the index.
 *Look-ahead* is ours: no step leaves the region that allows it, what the transfer function makes invisible is not sampled, and
 segments are integrated by the trapezoid rule. *Classified* is look-ahead with an index of the field as the transfer function shows
 it, epsilon / 255 then being an optical depth. Errors against uniform sampling are against that with the run's own quadrature.
