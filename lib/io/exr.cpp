@@ -174,7 +174,7 @@ class Reader {
     exr_compression_t compression{};
     check(exr_get_compression(context_, 0, &compression));
     const bool dwa = compression == EXR_COMPRESSION_DWAA || compression == EXR_COMPRESSION_DWAB;
-    const std::int64_t ratio = compression == EXR_COMPRESSION_NONE ? 1 : dwa ? 65536 : 1100;
+    const std::int64_t ratio = compression == EXR_COMPRESSION_NONE ? 1 : dwa ? 20000 : 1100;
     std::int64_t bytes_per_pixel = 0;
     for (const auto type : types_) bytes_per_pixel += type == EXR_PIXEL_HALF ? 2 : 4;
     const std::int64_t needed = width * height * bytes_per_pixel;

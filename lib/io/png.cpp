@@ -177,6 +177,20 @@ bool read_rows(Decoder& d) {
   return true;
 }
 
+/// libpng takes memory for a chunk of text on its header's word: the lengths are held against the file first.
+void check_chunks(std::span<const std::byte> file, const std::string& name) {
+  const auto byte = [&](std::size_t at) { return static_cast<std::size_t>(file[at]); };
+  for (std::size_t at = 8; at + 8 <= file.size();) {  // length, type, data, checksum
+    const std::size_t length = byte(at) << 24 | byte(at + 1) << 16 | byte(at + 2) << 8 | byte(at + 3);
+    if (length + 12 > file.size() - at) {
+      throw Error(name + ": damaged PNG file: a chunk of " + std::to_string(length) + " bytes, " +
+                  std::to_string(file.size() - at - 8) + " bytes before the end");
+    }
+    if (std::memcmp(&file[at + 4], "IEND", 4) == 0) return;
+    at += length + 12;
+  }
+}
+
 image::Image to_image(const Decoder& d, CodeValues values) {
   const int alpha = d.channels == 4 ? 3 : -1;
   image::Image image(
@@ -210,26 +224,6 @@ image::Image to_image(const Decoder& d, CodeValues values) {
   for (int n = 0; n < count; ++n)
     image.attributes[texts[n].key] = texts[n].text != nullptr ? texts[n].text : "";
   return image;
-}
-
-image::Image decode(std::span<const std::byte> file, const std::string& name, CodeValues values) {
-  if (file.size() < 8 || png_sig_cmp(reinterpret_cast<png_const_bytep>(file.data()), 0, 8) != 0) {
-    throw Error(name + ": not a PNG file");
-  }
-  Decoder d;
-  d.at = file.data();
-  d.left = file.size();
-  if (!read_header(d)) throw Error(name + ": damaged PNG file: " + d.message);
-  const std::size_t row_bytes = png_get_rowbytes(d.png, d.info);
-  if (d.stored_row_bytes * d.height / 1032 > file.size()) {  // deflate packs at most 1032 to 1
-    throw Error(name + ": promises " + std::to_string(d.width) + "x" + std::to_string(d.height) +
-                " pixels, more than its " + std::to_string(file.size()) + " bytes can hold");
-  }
-  d.codes.resize(row_bytes * d.height);
-  d.rows.resize(d.height);
-  for (std::size_t y = 0; y < d.height; ++y) d.rows[y] = d.codes.data() + y * row_bytes;
-  if (!read_rows(d)) throw Error(name + ": damaged PNG file: " + d.message);
-  return to_image(d, values);
 }
 
 }  // namespace
@@ -277,11 +271,32 @@ void write_png(const std::filesystem::path& path, const image::Image& image, con
   out.commit();
 }
 
+image::Image decode_png(std::span<const std::byte> file, const std::string& name, CodeValues values) {
+  if (file.size() < 8 || png_sig_cmp(reinterpret_cast<png_const_bytep>(file.data()), 0, 8) != 0) {
+    throw Error(name + ": not a PNG file");
+  }
+  check_chunks(file, name);
+  Decoder d;
+  d.at = file.data();
+  d.left = file.size();
+  if (!read_header(d)) throw Error(name + ": damaged PNG file: " + d.message);
+  const std::size_t row_bytes = png_get_rowbytes(d.png, d.info);
+  if (d.stored_row_bytes * d.height / 1032 > file.size()) {  // deflate packs at most 1032 to 1
+    throw Error(name + ": promises " + std::to_string(d.width) + "x" + std::to_string(d.height) +
+                " pixels, more than its " + std::to_string(file.size()) + " bytes can hold");
+  }
+  d.codes.resize(row_bytes * d.height);
+  d.rows.resize(d.height);
+  for (std::size_t y = 0; y < d.height; ++y) d.rows[y] = d.codes.data() + y * row_bytes;
+  if (!read_rows(d)) throw Error(name + ": damaged PNG file: " + d.message);
+  return to_image(d, values);
+}
+
 image::Image read_png(InputFile& file, CodeValues values) {
   if (file.size() >= 0 && file.size() - file.position() > kLargestPipe)
     throw Error(display_name(file.path()) + ": too large for a PNG");
   const auto bytes = file.read_rest(kLargestPipe);
-  return decode(bytes, display_name(file.path()), values);
+  return decode_png(bytes, display_name(file.path()), values);
 }
 
 image::Image read_png(const std::filesystem::path& path, CodeValues values) {

@@ -1,6 +1,9 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <filesystem>
+#include <span>
+#include <string>
 
 #include "image/image.h"
 
@@ -38,5 +41,8 @@ enum class CodeValues {
 /// input. Sizes are checked against the file's before memory is taken. Throws vol::Error naming the file.
 [[nodiscard]] image::Image read_png(const std::filesystem::path& path, CodeValues values = CodeValues::srgb);
 [[nodiscard]] image::Image read_png(InputFile& file, CodeValues values = CodeValues::srgb);
+/// The same of a file already in memory; `name` is what messages call it.
+[[nodiscard]] image::Image decode_png(std::span<const std::byte> file, const std::string& name,
+                                      CodeValues values = CodeValues::srgb);
 
 }  // namespace vol::io

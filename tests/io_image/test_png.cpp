@@ -143,6 +143,24 @@ TEST(Png, APromiseOfMorePixelsThanTheFileHoldsIsRefused) {
   }
 }
 
+TEST(Png, AChunkLongerThanTheFileIsRefusedBeforeMemoryIsTaken) {
+  const TemporaryFolder folder;
+  Image image(3, 2, {"Y"});
+  image.attributes["precis.tool"] = "x";
+  write_png(folder / "a.png", image);
+  auto bytes = bytes_of(folder / "a.png");
+  const std::size_t at = std::string(bytes.begin(), bytes.end()).find("iTXt");
+  ASSERT_NE(at, std::string::npos);
+  bytes[at - 4] = 0x1c;  // its length, most significant byte first: 469 MB
+  put_bytes(folder / "long.png", bytes);
+  try {
+    (void)read_png(folder / "long.png");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("a chunk of 4697"));
+  }
+}
+
 TEST(WriteImage, TheFormatIsKnownBeforeTheWork) {
   EXPECT_THROW(require_image_format("a.jpg"), Error);
   EXPECT_THROW(require_image_format("a.png", "tiff"), Error);
