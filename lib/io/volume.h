@@ -21,10 +21,10 @@ struct RawLayout {
 };
 
 struct ReadOptions {
-  std::string array;             ///< name of the array, where a file has several; empty: the first scalar one
-  std::optional<RawLayout> raw;  ///< read the file as headerless data
-  std::optional<int> volume;     ///< which volume of a 4-D NIfTI file, from 0
-  std::optional<double> missing;  ///< replaces NaN and infinities, which are refused otherwise
+  std::string array;  ///< name of the array, where a file has several; empty: the first scalar one
+  std::optional<RawLayout> raw{};   ///< read the file as headerless data
+  std::optional<int> volume{};      ///< which volume of a 4-D NIfTI file, from 0
+  std::optional<double> missing{};  ///< replaces NaN and infinities, which are refused otherwise
   std::int64_t memory_limit = physical_memory();  ///< bytes the voxels may take
 
   /// Bytes of memory in this machine.
@@ -47,7 +47,7 @@ struct ReadOptions {
 [[nodiscard]] std::string_view volume_format(InputFile& file);
 
 struct WriteOptions {
-  std::string format;     ///< an extension without its dot; empty: that of the path, nrrd for "-"
+  std::string format{};   ///< an extension without its dot; empty: that of the path, nrrd for "-"
   bool compress = false;  ///< zlib; raw cannot
 };
 

@@ -153,7 +153,8 @@ const Array& choose_array(const Document& document, const std::string& wanted) {
     }
   }
   if (chosen == nullptr) {
-    throw Error(document.name + ": has no " + (wanted.empty() ? "scalar array" : "array " + in_quotes(wanted)) +
+    throw Error(document.name + ": has no " +
+                (wanted.empty() ? "scalar array" : "array " + in_quotes(wanted)) +
                 (names.empty() ? "; there is none at all" : "; there are " + names));
   }
   if (!is_scalar(*chosen)) {
@@ -236,9 +237,8 @@ class ZlibBlocksSource : public ByteSource {
     last_size_ = words.next(from);
     const std::uint64_t full = last_size_ == 0 ? blocks : blocks - 1;
     const auto total = static_cast<std::uint64_t>(bytes);
-    if (blocks == 0 || blocks > total || block_size_ == 0 || block_size_ > total + 65536 ||
-        last_size_ > block_size_ || (full > 0 && block_size_ > total / full) ||
-        full * block_size_ + last_size_ != total) {
+    if (blocks == 0 || blocks > total || block_size_ == 0 || last_size_ > block_size_ ||
+        (full > 0 && block_size_ > total / full) || full * block_size_ + last_size_ != total) {
       throw Error(name() + ": compressed blocks hold " + std::to_string(blocks) + " x " +
                   std::to_string(block_size_) + " bytes (last " + std::to_string(last_size_) +
                   "), expected " + std::to_string(bytes) + " in all");

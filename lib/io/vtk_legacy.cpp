@@ -36,7 +36,7 @@ class LegacyReader {
   volume::Volume read() {
     (void)scanner_.line();  // "# vtk DataFile Version x.y"
     title_ = scanner_.line();
-    const std::string encoding = lower_case(trimmed(scanner_.line()));
+    const std::string encoding = lower_case(word());
     if (encoding != "ascii" && encoding != "binary") refuse("encoding", encoding, "ASCII or BINARY");
     ascii_ = encoding == "ascii";
     for (;;) {
@@ -113,15 +113,16 @@ class LegacyReader {
     } else if (keyword == "texture_coordinates") {
       (void)word();
       const std::int64_t components = integer("TEXTURE_COORDINATES");
-      skip_values(type_of(word()), checked_product(components, tuples_));
+      skip_values(type_of(word()), product(components, tuples_));
     } else if (keyword == "color_scalars") {
       (void)word();
       const std::int64_t components = integer("COLOR_SCALARS");
-      skip_values({1, {}}, checked_product(components, tuples_));
+      skip_values({1, {}}, product(components, tuples_));
     } else if (keyword == "lookup_table") {
       (void)word();
-      skip_values({1, {}}, checked_product(4, integer("LOOKUP_TABLE")));
+      skip_values({1, {}}, product(4, integer("LOOKUP_TABLE")));
     } else if (keyword == "metadata") {
+      (void)scanner_.line();
       while (!scanner_.at_end() && !trimmed(scanner_.line()).empty()) {
       }
     } else {
@@ -149,6 +150,14 @@ class LegacyReader {
     return geometry;
   }
 
+  std::int64_t product(std::int64_t a, std::int64_t b) const {
+    try {
+      return checked_product(a, b);
+    } catch (const Error& e) {
+      throw Error(name_, e);
+    }
+  }
+
   VtkType type_of(const std::string& text) const {
     const auto type = vtk_type(text);
     if (!type) refuse("data type", text, "a numeric one (char, unsigned_char ... double)");
@@ -158,7 +167,7 @@ class LegacyReader {
   void skip_values(const VtkType& type, std::int64_t count) {
     if (!ascii_) {
       (void)scanner_.line();
-      scanner_.skip(checked_product(count, type.bytes));
+      scanner_.skip(product(count, type.bytes));
       return;
     }
     for (std::int64_t n = 0; n < count; ++n) {
@@ -172,7 +181,7 @@ class LegacyReader {
   void skip_named(std::int64_t components) {
     (void)word();
     const VtkType type = type_of(word());
-    skip_values(type, checked_product(components, tuples_));
+    skip_values(type, product(components, tuples_));
   }
 
   bool wanted(const std::string& array, std::int64_t components) {
@@ -209,7 +218,7 @@ class LegacyReader {
     (void)word();
     const VtkType type = type_of(words[1]);
     if (wanted(words[0], components)) return voxels(type, words[1]);
-    skip_values(type, checked_product(components, tuples_));
+    skip_values(type, product(components, tuples_));
     return std::nullopt;
   }
 
@@ -229,7 +238,7 @@ class LegacyReader {
       const std::string type_name = word();
       const VtkType type = type_of(type_name);
       if (tuples_ > 0 && tuples == tuples_ && wanted(array, components)) return voxels(type, type_name);
-      skip_values(type, checked_product(components, tuples));
+      skip_values(type, product(components, tuples));
     }
     return std::nullopt;
   }
