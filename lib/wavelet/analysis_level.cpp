@@ -35,7 +35,9 @@ class Task {
     raw_.resize(static_cast<std::size_t>(source.convert != nullptr ? source.dims[0] : 0));
     plane_.resize(static_cast<std::size_t>(plane_rows_ * pitch_));
     ring_.resize(static_cast<std::size_t>(z_.taps() * slot_size_));
-    rows_.resize(static_cast<std::size_t>(std::max({x_.taps(), y_.taps(), z_.taps()})));
+    rows_.resize(static_cast<std::size_t>(std::max(y_.taps(), z_.taps())));
+    planes_.resize(static_cast<std::size_t>(z_.taps()));
+    for (const std::int64_t n : x_.offset) shifts_.push_back(even_odd_.data() + n % 2 * half_ + n / 2);
   }
 
   void run(std::int64_t z_begin, std::int64_t z_end) {
@@ -59,11 +61,7 @@ class Task {
         std::fill(to, to + width_, T{0});
       } else {
         split_row(y, z);
-        for (std::size_t t = 0; t < x_.h.size(); ++t) {
-          const std::int64_t n = x_.offset[t];
-          rows_[t] = even_odd_.data() + (n % 2) * half_ + n / 2;
-        }
-        combine(rows_.data(), x_.h.data(), x_.g.data(), static_cast<int>(x_.taps()), x_.outputs, to,
+        combine(shifts_.data(), x_.h.data(), x_.g.data(), static_cast<int>(x_.taps()), x_.outputs, to,
                 x_.transformed ? to + x_.outputs : nullptr);
       }
     }
@@ -107,12 +105,13 @@ class Task {
   }
 
   void filter_z(std::int64_t kz) {
+    for (std::size_t t = 0; t < z_.h.size(); ++t) planes_[t] = slot(2 * kz + z_.offset[t]);
     for (std::int64_t ky = y_begin_; ky < y_end_; ++ky) {
       const std::int64_t to = (kz * y_.outputs + ky) * x_.outputs;
       for (int by = 0; by < y_.bands(); ++by) {
         for (int bx = 0; bx < x_.bands(); ++bx) {
           const std::int64_t from = ((ky - y_begin_) * y_.bands() + by) * pitch_ + bx * x_.outputs;
-          for (std::size_t t = 0; t < z_.h.size(); ++t) rows_[t] = slot(2 * kz + z_.offset[t]) + from;
+          for (std::size_t t = 0; t < z_.h.size(); ++t) rows_[t] = planes_[t] + from;
           const auto band = static_cast<std::size_t>(bx + 2 * by);
           combine(rows_.data(), z_.h.data(), z_.g.data(), static_cast<int>(z_.taps()), x_.outputs,
                   bands_[band] + to, z_.transformed ? bands_[band + 4] + to : nullptr);
@@ -127,7 +126,7 @@ class Task {
   std::int64_t y_begin_, y_end_;
   std::int64_t width_, pitch_, half_, plane_rows_, slot_size_;
   Buffer<T> even_odd_, raw_, plane_, ring_;
-  std::vector<const T*> rows_;
+  std::vector<const T*> rows_, planes_, shifts_;  // of the taps: any row, the ring's planes, the split row
 };
 
 }  // namespace
