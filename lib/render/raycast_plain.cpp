@@ -3,7 +3,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <string>
+#include <sstream>
 
 #include "base/error.h"
 #include "render/grid_field.h"
@@ -25,7 +25,10 @@ class NodeWalk {
     constexpr double kMaxNodes = 1e9;
     const double segments = std::ceil(chord.length() / step - 1e-9);
     if (!(segments < kMaxNodes)) {
-      throw Error("step " + std::to_string(step) + " gives more than 1e9 nodes on a ray; take a longer one");
+      std::ostringstream message;
+      message << "step " << step << " gives more than 1e9 nodes on a ray; take a longer one";
+      throw Error(message.str());
+      take a longer one ");
     }
     last_ = std::max<std::int64_t>(1, static_cast<std::int64_t>(segments));
   }
