@@ -26,9 +26,8 @@ class NodeWalk {
     const double segments = std::ceil(chord.length() / step - 1e-9);
     if (!(segments < kMaxNodes)) {
       std::ostringstream message;
-      message << "step " << step << " gives more than 1e9 nodes on a ray; take a longer one";
+      message << "step " << step << " gives more than 1e9 nodes on a ray, take a longer one";
       throw Error(message.str());
-      take a longer one ");
     }
     last_ = std::max<std::int64_t>(1, static_cast<std::int64_t>(segments));
   }
