@@ -59,9 +59,14 @@ std::vector<Charge> folded_chain(std::uint64_t seed) {
 class Protein : public AnalyticForm {
  public:
   explicit Protein(std::uint64_t seed) : charges_(folded_chain(seed)) {
-    double peak = 0;
-    for (const auto& charge : charges_) peak = std::max(peak, std::abs(value(charge.position)));
-    for (auto& charge : charges_) charge.q /= peak;
+    double least = 0;
+    double most = 0;
+    for (const auto& charge : charges_) {
+      least = std::min(least, value(charge.position));
+      most = std::max(most, value(charge.position));
+    }
+    for (auto& charge : charges_) charge.q /= most;
+    range_ = {least / most, 1};
   }
   double value(const Vec3& p) const override {
     double sum = 0;
@@ -81,12 +86,13 @@ class Protein : public AnalyticForm {
     }
     return sum;
   }
-  Range range() const override { return {-1, 1}; }
+  Range range() const override { return range_; }
 
  private:
-  static constexpr double kKappa = 10;  // a screening length of a twentieth of the box
-  static constexpr double kSoftening = 0.06;
+  static constexpr double kKappa = 7;  // a screening length of a fourteenth of the box
+  static constexpr double kSoftening = 0.1;
   std::vector<Charge> charges_;
+  Range range_;
 };
 
 }  // namespace
