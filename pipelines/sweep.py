@@ -76,7 +76,8 @@ def runs(config, datasets):
                 continue
             for method, entry in config["methods"].items():
                 for quadrature in entry["quadratures"]:
-                    for step in entry["steps"]:
+                    steps = entry["steps"]
+                    for step in steps[quadrature] if isinstance(steps, dict) else steps:
                         if step not in config.get("steps", [step]):
                             continue
                         if not entry.get("index"):
