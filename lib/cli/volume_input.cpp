@@ -73,6 +73,12 @@ volume::Volume load(const std::filesystem::path& path, const VolumeInput& input,
   return record.timed("read", [&] { return io::read_any_volume(path, options); });
 }
 
+volume::Volume load(io::InputFile& file, const VolumeInput& input, Record& record) {
+  const io::ReadOptions options = read_options(input);
+  record.input(file.path());
+  return record.timed("read", [&] { return io::read_any_volume(file, options); });
+}
+
 void save(const std::filesystem::path& path, volume::Volume& volume, Record& record,
           const std::string& format, bool compress) {
   for (const auto& [key, value] : record.provenance()) volume.attributes[key] = value;

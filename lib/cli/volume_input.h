@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/record.h"
+#include "io/file.h"
 #include "volume/volume.h"
 
 // How every tool is told which volume to read: a path, and what a headerless or many-headed file leaves open.
@@ -37,6 +38,8 @@ void add_volume_options(CLI::App& app, VolumeInput& input);
 /// The same options applied to another file.
 [[nodiscard]] volume::Volume load(const std::filesystem::path& path, const VolumeInput& input,
                                   Record& record);
+/// The same from a file that is open, for tools that look at its first bytes.
+[[nodiscard]] volume::Volume load(io::InputFile& file, const VolumeInput& input, Record& record);
 
 /// Writes a volume (phase "write") with the record's provenance added to its attributes; notes it among the
 /// outputs and warns of what the format cannot hold. `format` empty: by extension, nrrd for "-".

@@ -6,6 +6,11 @@ namespace vol::io {
 
 volume::Volume read_any_volume(const std::filesystem::path& path, const ReadOptions& options) {
   InputFile file(path);
+  return read_any_volume(file, options);
+}
+
+volume::Volume read_any_volume(InputFile& file, const ReadOptions& options) {
+  const std::filesystem::path& path = file.path();
   if (options.raw || !is_vdb(file.peek(8))) return read_volume(file, options);
   if (options.volume)
     throw Error(display_name(path) + ": OpenVDB files have no numbered volumes; name one by --array");

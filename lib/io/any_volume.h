@@ -7,6 +7,8 @@ namespace vol::io {
 /// read_volume() that knows OpenVDB too, told by its first bytes; for tools that may link it.
 [[nodiscard]] volume::Volume read_any_volume(const std::filesystem::path& path,
                                              const ReadOptions& options = {});
+/// The same from a file that is open, so that a caller can look at its first bytes before.
+[[nodiscard]] volume::Volume read_any_volume(InputFile& file, const ReadOptions& options = {});
 
 /// write_volume() that knows OpenVDB too: format "vdb", or a path that ends in .vdb.
 std::vector<std::string> write_any_volume(const std::filesystem::path& path, const volume::Volume& volume,

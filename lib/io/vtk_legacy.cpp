@@ -178,6 +178,28 @@ class LegacyReader {
     }
   }
 
+  /// ASCII: a line each. Binary: a length whose first two bits say how many bytes it has, then the text.
+  void skip_strings(std::int64_t count) {
+    (void)scanner_.line();
+    for (std::int64_t n = 0; n < count; ++n) {
+      if (scanner_.at_end()) throw Error(name_ + ": ends within an array of strings");
+      if (ascii_) {
+        (void)scanner_.line();
+        continue;
+      }
+      unsigned char first = 0;
+      scanner_.read_exactly(&first, 1);
+      static constexpr int kMoreBytes[] = {7, 3, 1, 0};
+      std::uint64_t length = first & 63U;
+      for (int b = kMoreBytes[first >> 6]; b > 0; --b) {
+        unsigned char next = 0;
+        scanner_.read_exactly(&next, 1);
+        length = length << 8 | next;
+      }
+      scanner_.skip(static_cast<std::int64_t>(length));
+    }
+  }
+
   void skip_named(std::int64_t components) {
     (void)word();
     const VtkType type = type_of(word());
@@ -236,6 +258,10 @@ class LegacyReader {
       const std::int64_t components = integer("components of a FIELD array");
       const std::int64_t tuples = integer("tuples of a FIELD array");
       const std::string type_name = word();
+      if (lower_case(type_name) == "string") {
+        skip_strings(product(components, tuples));
+        continue;
+      }
       const VtkType type = type_of(type_name);
       if (tuples_ > 0 && tuples == tuples_ && wanted(array, components)) return voxels(type, type_name);
       skip_values(type, product(components, tuples));

@@ -343,9 +343,11 @@ TEST(VtkLegacy, SkipsWhatIsNoScalarAndReadsFields) {
   const std::string vectors = "VECTORS v float\n" + packed(std::vector<float>(18, 0.5f), true) + "\n";
   const std::string two = "SCALARS two unsigned_char 2\nLOOKUP_TABLE t\n" + std::string(12, 'x') + "\n";
   const std::string table = "LOOKUP_TABLE t 2\n" + std::string(8, '\xff') + "\n";
-  const std::string field = "FIELD FieldData 2\nskipped 3 6 double\n" +
-                            packed(std::vector<double>(18, 1.5), true) +
-                            "\nMETADATA\nINFORMATION 0\n\nf 1 6 short\n" + packed(kShorts, true) + "\n";
+  const std::string field =
+      "FIELD FieldData 3\nnames 1 2 string\n\xc3"
+      "abc\x80\x01x\nskipped 3 6 double\n" +
+      packed(std::vector<double>(18, 1.5), true) + "\nMETADATA\nINFORMATION 0\n\nf 1 6 short\n" +
+      packed(kShorts, true) + "\n";
   const auto path = folder.write("a.vtk", head + vectors + two + table + field);
   EXPECT_EQ(values(read_volume(path)), kSix);
   EXPECT_EQ(values(read_volume(path, {.array = "f"})), kSix);
