@@ -21,8 +21,8 @@ float rounded_up(double v) {
   return static_cast<double>(f) < v ? std::nextafterf(f, std::numeric_limits<float>::infinity()) : f;
 }
 
-/// One row of macrocells: first the smallest and largest sample over the row's (y, z) cross-section for each x,
-/// which vectorises; then over each block of x.
+/// One row of macrocells: first the smallest and largest sample over the row's (y, z) cross-section for each
+/// x, which vectorises; then over each block of x.
 template <class T>
 void fill_row(const volume::Grid<T>& grid, std::int64_t b, std::int64_t c, std::vector<T>& low,
               std::vector<T>& high, Macrocells& cells) {
@@ -60,7 +60,8 @@ void fill_row(const volume::Grid<T>& grid, std::int64_t b, std::int64_t c, std::
 Macrocells macrocells(const volume::Volume& volume) {
   Macrocells cells;
   const Dims& dims = volume.geometry().dims;
-  for (int axis = 0; axis < 3; ++axis) cells.dims[axis] = std::max<std::int64_t>(1, (dims[axis] - 1 + kEdge - 1) / kEdge);
+  for (int axis = 0; axis < 3; ++axis)
+    cells.dims[axis] = std::max<std::int64_t>(1, (dims[axis] - 1 + kEdge - 1) / kEdge);
   cells.ranges = Buffer<Macrocells::Range>(cells.offset(0, 0, cells.dims[2]));
   volume::visit(volume, [&](const auto& grid) {
     using T = typename std::decay_t<decltype(grid)>::value_type;

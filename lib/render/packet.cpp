@@ -27,7 +27,8 @@ bool is_covered(const volume::Volume& volume, const Scene& scene, const RenderOp
   using volume::Reconstruction;
   if (options.quadrature == Quadrature::reference) return false;
   if (options.quadrature == Quadrature::preintegrated && scene.model == Model::composite) return false;
-  if (options.reconstruction != Reconstruction::nearest && options.reconstruction != Reconstruction::trilinear) {
+  if (options.reconstruction != Reconstruction::nearest &&
+      options.reconstruction != Reconstruction::trilinear) {
     return false;
   }
   const volume::FieldBounds bounds = volume::field_bounds(volume.geometry());
@@ -37,10 +38,13 @@ bool is_covered(const volume::Volume& volume, const Scene& scene, const RenderOp
   constexpr double kAddressable = 2147483647.0;
   const auto count = static_cast<double>(volume.geometry().count());
   switch (volume.voxel_type()) {
-    case VoxelType::u8: return count < kAddressable;
+    case VoxelType::u8:
+      return count < kAddressable;
     case VoxelType::u16:
-    case VoxelType::i16: return 2 * count < kAddressable;
-    default: return count < kAddressable;
+    case VoxelType::i16:
+      return 2 * count < kAddressable;
+    default:
+      return count < kAddressable;
   }
 }
 
@@ -48,12 +52,24 @@ void set_volume(const volume::Volume& volume, PacketJob& job) {
   const Dims& dims = volume.geometry().dims;
   std::int32_t unit = 1;
   switch (volume.voxel_type()) {
-    case VoxelType::u8: job.type = PacketVoxels::u8; break;
-    case VoxelType::u16: job.type = PacketVoxels::u16; unit = 2; break;
-    case VoxelType::i16: job.type = PacketVoxels::i16; unit = 2; break;
-    default: job.type = PacketVoxels::f32; break;
+    case VoxelType::u8:
+      job.type = PacketVoxels::u8;
+      break;
+    case VoxelType::u16:
+      job.type = PacketVoxels::two_bytes;
+      unit = 2;
+      break;
+    case VoxelType::i16:
+      job.type = PacketVoxels::two_bytes;
+      unit = 2;
+      break;
+    default:
+      job.type = PacketVoxels::f32;
+      break;
   }
-  job.voxels = volume::visit(volume, [](const auto& grid) { return static_cast<const void*>(grid.voxels.data()); });
+  job.is_signed = volume.voxel_type() == VoxelType::i16;
+  job.voxels =
+      volume::visit(volume, [](const auto& grid) { return static_cast<const void*>(grid.voxels.data()); });
   std::int64_t stride = unit;
   for (int a = 0; a < 3; ++a) {
     job.stride[a] = dims[a] > 1 ? static_cast<std::int32_t>(stride) : 0;
@@ -82,9 +98,10 @@ void set_shading(const volume::GridGeometry& geometry, const Shading& shading, P
   }
 }
 
-/// 1 where a macrocell's values are all invisible, even after the rounding of interpolation and table look-up.
-Buffer<std::uint8_t> invisible_macrocells(const index::Macrocells& cells, const transfer::TransferFunction& transfer,
-                                          bool& any) {
+/// 1 where a macrocell's values are all invisible, even after the rounding of interpolation and table
+/// look-up.
+Buffer<std::uint8_t> invisible_macrocells(const index::Macrocells& cells,
+                                          const transfer::TransferFunction& transfer, bool& any) {
   Buffer<std::uint8_t> flags(cells.ranges.size());
   any = false;
   for (std::size_t c = 0; c < flags.size(); ++c) {
@@ -101,6 +118,9 @@ Buffer<std::uint8_t> invisible_macrocells(const index::Macrocells& cells, const 
 Buffer<std::uint8_t> set_index(const index::IndexVolume& index, PacketJob& job) {
   Buffer<std::uint8_t> nibbles(index.nibbles().begin(), index.nibbles().end());
   job.nibbles = nibbles.data();
+  int level = 0;
+  for (const std::uint8_t byte : nibbles) level = std::max({level, byte & 15, byte >> 4});
+  job.longest_hop = static_cast<float>(1 << level);
   job.row_bytes = static_cast<std::int32_t>(index.row_bytes());
   job.slice_bytes = static_cast<std::int32_t>(index.row_bytes() * index.dims()[1]);
   job.reduction = index.reduction();
@@ -150,7 +170,8 @@ void cast_packet(const Picture& picture, int x0, int y0, int w, int h, PacketRay
     picture.image.at(x, y, 4) = static_cast<float>(pixels.samples[lane]);
     const Chord& chord = lanes[lane].chord;
     if (pixels.depth_node[lane] >= 0) {
-      const double t = chord.entry + (pixels.depth_node[lane] + double(pixels.depth_part[lane])) * picture.options.step;
+      const double t =
+          chord.entry + (pixels.depth_node[lane] + double(pixels.depth_part[lane])) * picture.options.step;
       picture.image.at(x, y, 5) = static_cast<float>(std::min(t, chord.exit));
     }
     ++counts.rays;
@@ -161,12 +182,14 @@ void cast_packet(const Picture& picture, int x0, int y0, int w, int h, PacketRay
   }
 }
 
-/// Tiles of 32 x 32 pixels, one task each; packets of nearly square footprint, so that rays share cache lines.
+/// Tiles of 32 x 32 pixels, one task each; packets of nearly square footprint, so that rays share cache
+/// lines.
 RenderCounts cast_tiles(const Picture& picture) {
   constexpr int kTile = 32;
   const int lanes = packet_lanes();
   const int w = lanes >= 8 ? 4 : lanes >= 4 ? 2 : 1, h = lanes / w;
-  const int across = (picture.options.width + kTile - 1) / kTile, down = (picture.options.height + kTile - 1) / kTile;
+  const int across = (picture.options.width + kTile - 1) / kTile,
+            down = (picture.options.height + kTile - 1) / kTile;
   const auto tile = [&](std::int64_t first, std::int64_t) {
     RenderCounts counts;
     PacketRays rays{};
@@ -199,7 +222,8 @@ RenderResult raycast_packet(const volume::Volume& volume, const Scene& scene, co
     (void)volume::value_range(volume);
     return raycast_packet({volume::converted<float>(volume), {}}, scene, options, index, macrocells);
   }
-  if (volume::is_floating_point(volume.voxel_type())) (void)volume::value_range(volume);  // refuses NaN, infinity
+  if (volume::is_floating_point(volume.voxel_type()))
+    (void)volume::value_range(volume);  // refuses NaN, infinity
   const volume::GridGeometry& geometry = volume.geometry();
   if (index && index->volume_dims() != geometry.dims) {
     throw Error("index volume was built for other dims than the volume's");
@@ -232,9 +256,11 @@ RenderResult raycast_packet(const volume::Volume& volume, const Scene& scene, co
 
   const volume::FieldBounds bounds = volume::field_bounds(geometry);
   const RayBox box(bounds);
-  const camera::Camera camera(scene.view, bounds.centre(), bounds.longest_edge(), options.width, options.height);
+  const camera::Camera camera(scene.view, bounds.centre(), bounds.longest_edge(), options.width,
+                              options.height);
   const PacketRayMaker maker(geometry, box, camera, options.step, index);
-  RenderResult result{image::Image(options.width, options.height, {"R", "G", "B", "A", "samples", "depth"}), {}, 0};
+  RenderResult result{
+      image::Image(options.width, options.height, {"R", "G", "B", "A", "samples", "depth"}), {}, 0};
   for (int y = 0; y < options.height; ++y) {
     for (int x = 0; x < options.width; ++x) result.image.at(x, y, 5) = std::numeric_limits<float>::infinity();
   }

@@ -13,19 +13,22 @@
 HWY_BEFORE_NAMESPACE();
 namespace vol::render::HWY_NAMESPACE {
 
-/// Nodes between two looks at the macrocells.
-constexpr int kRun = 8;
+/// Nodes between two looks at the macrocells: lanes look where their node is a multiple of this. What a lane
+/// samples then depends on its own ray alone, not on its neighbours or the number of lanes.
+constexpr int kRun = 4;
 
 /// A packet on its way through the volume: one ray a lane, each at a node of its own.
 ///
-/// Rectangle: node i opens segment i; the last node n - 1 opens the shorter last segment. Trapezoid: a segment is
-/// closed by its right node; `fresh` lanes have no left node yet. A lane that is done takes steps of length 0 at
-/// the place where it stopped, which add exactly nothing. A segment whose nodes have extinctions s0, s1 has the
-/// colour (s0 c0 + s1 c1) / (s0 + s1): a node known to be invisible counts as y = 0 without being sampled.
-template <PacketVoxels kVoxels, bool kTrapezoid, bool kIndex, int kChannels>
+/// Rectangle: node i opens segment i; the last node n - 1 opens the shorter last segment. Trapezoid: a
+/// segment is closed by its right node; `fresh` lanes have no left node yet. A lane that is done takes steps
+/// of length 0 at the place where it stopped, which add exactly nothing. A segment whose nodes have
+/// extinctions s0, s1 has the colour (s0 c0 + s1 c1) / (s0 + s1): a node known to be invisible counts as y =
+/// 0 without being sampled.
+template <PacketVoxels kVoxels, bool kTrapezoid, int kChannels>
 class Composite {
  public:
-  Composite(const PacketJob& job, const PacketRays& rays) : job_(job), rays_(rays) {
+  Composite(const PacketJob& job, const PacketRays& rays)
+      : job_(job), rays_(rays), indexed_(job.nibbles != nullptr) {
     const DI d;
     segments_ = hn::Load(d, rays.segments);
     remainder_ = hn::Load(DF(), rays.remainder);
@@ -46,28 +49,30 @@ class Composite {
     } else {
       ray_[0] = ray_[1] = ray_[2] = hn::Zero(DF());
     }
-    stops_ = job.termination > 0 || job.transfer.opaque || job.transfer.steepest * kLongest() < -20;
+    stops_ = job.termination > 0 || job.transfer.opaque || job.transfer.steepest * longest() < -20;
     // |y| of any segment at most 1: 2^y needs no range reduction.
-    gentle_ = job.transfer.steepest * kLongest() >= -1;
-    if (job.invisible && kTrapezoid) end_invisible_ = invisible_at(job, load(rays.exit_whole, rays.exit_part));
+    gentle_ = job.transfer.steepest * longest() >= -1;
+    if (job.invisible && kTrapezoid)
+      end_invisible_ = invisible_at(job, load(rays.exit_whole, rays.exit_part));
     if (!(job.invisible && kTrapezoid)) end_invisible_ = hn::Lt(segments_, hn::Zero(d));
   }
 
   void cast(PacketPixels& pixels) {
-    // Lattice nodes visited by the main loop; a rectangle's last one has its own length (an index knows it anyway).
-    const I limit = kTrapezoid || kIndex ? segments_ : hn::Sub(segments_, constant_i(1));
+    // Lattice nodes visited by the main loop; a rectangle's last one has its own length (an index knows it
+    // anyway).
+    const I limit = kTrapezoid || indexed_ ? segments_ : hn::Sub(segments_, constant_i(1));
     for (;;) {
-      if (job_.invisible) leap();
+      if (job_.invisible && phase_ == 0) leap(limit);
       const MI active = hn::And(alive_, hn::Lt(path_.node, limit));
       if (hn::AllFalse(DI(), active)) break;
       run(active, limit);
     }
-    if (kTrapezoid || !kIndex) finish();
+    if (kTrapezoid || !indexed_) finish();
     store(pixels);
   }
 
  private:
-  static constexpr float kLongest() { return kIndex ? 32768.0F : 1.0F; }
+  [[nodiscard]] float longest() const { return job_.longest_hop; }
 
   /// Length, in steps, from a node to the ray's end.
   HWY_INLINE F ahead(I node) const {
@@ -94,8 +99,8 @@ class Composite {
     Lights<kChannels> left;
   };
 
-  /// Passes a segment of `length` steps (0: nothing happens), log2 of its transmittance y a step, and its nodes' sums
-  /// of y and y q: emission = alpha (sum of y q) / (sum of y).
+  /// Passes a segment of `length` steps (0: nothing happens), log2 of its transmittance y a step, and its
+  /// nodes' sums of y and y q: emission = alpha (sum of y q) / (sum of y).
   HWY_INLINE void absorb(Path& path, F y, F sum_y, const F* sum_yq, F length) {
     const F depth = hn::Mul(y, length);
     F alpha, share;
@@ -118,7 +123,8 @@ class Composite {
 
   /// T falls to 1/2 where log2 T = -1: a share (log2 T_before + 1) / -y of the segment behind its left node.
   HWY_NOINLINE void mark_depth(M halfway, I opened_by, F transmittance, F y, F length) {
-    const F share = hn::Div(hn::Add(log2_positive(transmittance), constant(1.0F)), hn::Min(y, constant(-1e-30F)));
+    const F share =
+        hn::Div(hn::Add(log2_positive(transmittance), constant(1.0F)), hn::Min(y, constant(-1e-30F)));
     const F inside = hn::Min(hn::Max(hn::Neg(share), constant(0.0F)), constant(1.0F));
     depth_node_ = hn::IfThenElse(int_mask(halfway), opened_by, depth_node_);
     depth_part_ = hn::IfThenElse(halfway, hn::Mul(inside, length), depth_part_);
@@ -134,7 +140,8 @@ class Composite {
       for (int c = 0; c < kChannels; ++c) sum_yq[c] = hn::Add(left.yq[c], node.yq[c]);
       F y = sum_y;
       if (HWY_UNLIKELY(job_.transfer.opaque)) {
-        // One end opaque: opacity runs linearly to 1, tau = r (1 - log(1 - a)); both: opaque, the left colour.
+        // One end opaque: opacity runs linearly to 1, tau = r (1 - log(1 - a)); both: opaque, the left
+        // colour.
         const F lower = hn::Min(left.y, node.y), upper = hn::Max(left.y, node.y);
         const M one = hn::Le(lower, constant(kOpaqueTest)), both = hn::Le(upper, constant(kOpaqueTest));
         const F ramp = hn::Sub(hn::Add(upper, upper), constant(2.885390082F * job_.transfer.exponent));
@@ -155,18 +162,19 @@ class Composite {
     const DI d;
     const I ones = hn::IfThenElseZero(active, constant_i(1));
     int count = 1;
-    if constexpr (!kIndex) {
+    if (!indexed_) {
       const I left = hn::IfThenElse(active, hn::Sub(limit, path_.node), constant_i(kRun));
-      count = std::min(kRun, static_cast<int>(hn::GetLane(hn::MinOfLanes(d, left))));
+      count = std::min(kRun - phase_, static_cast<int>(hn::GetLane(hn::MinOfLanes(d, left))));
+      phase_ = (phase_ + count) % kRun;
     }
     const F whole = to_float(ones);
     F length = whole;
     if (kTrapezoid) {
-      length = hn::IfThenElseZero(float_mask(hn::AndNot(fresh_, active)), kIndex ? left_length_ : whole);
+      length = hn::IfThenElseZero(float_mask(hn::AndNot(fresh_, active)), indexed_ ? left_length_ : whole);
     }
     Position hop = masked(step_, active);
     I hop_nodes = ones;
-    if constexpr (kIndex) {
+    if (indexed_) {
       const I nodes = power_of_two(level_here());
       hop_nodes = hn::IfThenElseZero(active, hn::Min(nodes, hn::Sub(segments_, path_.node)));
       // A lane that reaches the end stays where it is: the last node has a place of its own.
@@ -194,7 +202,7 @@ class Composite {
       path.node = hn::Add(path.node, hop_nodes);
       length = whole;
     }
-    if (kTrapezoid && !kIndex) {
+    if (kTrapezoid && !indexed_) {
       // A ray that has passed its last lattice node waits there, not behind it.
       const MI waits = hn::AndNot(hn::Lt(path.node, limit), active);
       if (!hn::AllFalse(d, waits)) retreat(path.position, masked(step_, waits));
@@ -219,13 +227,13 @@ class Composite {
     if (HWY_LIKELY(hn::AllFalse(DI(), stopped))) return;
     alive_ = hn::AndNot(stopped, alive_);
     // A rectangle's last segment, if it was passed here, has ended its ray anyway.
-    const MI early = kIndex && !kTrapezoid ? hn::Lt(path_.node, segments_) : stopped;
+    const MI early = indexed_ && !kTrapezoid ? hn::Lt(path_.node, segments_) : stopped;
     stopped_ = hn::Or(stopped_, hn::And(stopped, early));
   }
 
   /// Macrocells whose values are all invisible are left behind without sampling.
-  HWY_INLINE void leap() {
-    MI able = hn::And(alive_, hn::Lt(path_.node, segments_));
+  HWY_INLINE void leap(I limit) {
+    MI able = hn::And(alive_, hn::Lt(path_.node, limit));
     if (kTrapezoid) able = hn::And(able, hn::Or(fresh_, int_mask(hn::Eq(path_.left.y, hn::Zero(DF())))));
     const MI here = hn::And(able, invisible_at(job_, path_.position));
     if (!hn::AllFalse(DI(), here)) leap_on(here);
@@ -237,6 +245,7 @@ class Composite {
 
   const PacketJob& job_;
   const PacketRays& rays_;
+  const bool indexed_;
   Path path_;
   Position step_;
   I segments_, samples_, skipped_, gradients_, depth_node_;
@@ -244,12 +253,13 @@ class Composite {
   F ray_[3];
   MI alive_, fresh_, end_invisible_, stopped_ = hn::Lt(hn::Zero(DI()), hn::Zero(DI()));
   M deep_;
+  int phase_ = 0;  // of all active lanes: node mod kRun (an index: 0, every node looks)
   bool stops_, gentle_;
 };
 
 /// Nodes from here on, this one included, that surely lie in the macrocell of this one (at least 1).
-template <PacketVoxels kVoxels, bool kTrapezoid, bool kIndex, int kChannels>
-HWY_INLINE I Composite<kVoxels, kTrapezoid, kIndex, kChannels>::nodes_inside() const {
+template <PacketVoxels kVoxels, bool kTrapezoid, int kChannels>
+HWY_INLINE I Composite<kVoxels, kTrapezoid, kChannels>::nodes_inside() const {
   const auto axis = [](I whole, I part, I step_whole, I step_part) HWY_ATTR {
     const F at = hn::Add(to_float(hn::And(whole, constant_i(7))), fraction(part));
     const F step = hn::Add(to_float(step_whole), fraction(step_part));
@@ -257,27 +267,29 @@ HWY_INLINE I Composite<kVoxels, kTrapezoid, kIndex, kChannels>::nodes_inside() c
     // 1e-4 voxel of margin covers the rounding of all this.
     return hn::Div(hn::Sub(room, constant(1e-4F)), hn::Max(hn::Abs(step), constant(1e-20F)));
   };
-  const F nodes = hn::Min(axis(path_.position.whole0, path_.position.part0, step_.whole0, step_.part0),
-                          hn::Min(axis(path_.position.whole1, path_.position.part1, step_.whole1, step_.part1),
-                                  axis(path_.position.whole2, path_.position.part2, step_.whole2, step_.part2)));
+  const F nodes =
+      hn::Min(axis(path_.position.whole0, path_.position.part0, step_.whole0, step_.part0),
+              hn::Min(axis(path_.position.whole1, path_.position.part1, step_.whole1, step_.part1),
+                      axis(path_.position.whole2, path_.position.part2, step_.whole2, step_.part2)));
   return hn::Add(truncated(hn::Min(hn::Max(nodes, constant(0.0F)), constant(30000.0F))), constant_i(1));
 }
 
-template <PacketVoxels kVoxels, bool kTrapezoid, bool kIndex, int kChannels>
-HWY_NOINLINE void Composite<kVoxels, kTrapezoid, kIndex, kChannels>::leap_on(MI here) {
+template <PacketVoxels kVoxels, bool kTrapezoid, int kChannels>
+HWY_NOINLINE void Composite<kVoxels, kTrapezoid, kChannels>::leap_on(MI here) {
   const DI d;
-  MI moved = here;
+  const I start = path_.node;
+  const MI leaps = here;
   while (!hn::AllFalse(d, here)) {
-    const I nodes = hn::IfThenElseZero(here, kIndex ? power_of_two(level_here()) : nodes_inside());
+    const I nodes = hn::IfThenElseZero(here, indexed_ ? power_of_two(level_here()) : nodes_inside());
     const I next = hn::Min(hn::Add(path_.node, nodes), segments_);
     const MI ends = hn::And(here, hn::Not(hn::Lt(next, segments_)));
-    skipped_ = hn::Add(skipped_, kIndex ? hn::IfThenElseZero(here, constant_i(1)) : hn::Sub(next, path_.node));
-    if (kIndex && kTrapezoid) {
-      left_length_ = hn::IfThenElse(float_mask(here), hn::Min(to_float(nodes), ahead(path_.node)), left_length_);
+    skipped_ =
+        hn::Add(skipped_, indexed_ ? hn::IfThenElseZero(here, constant_i(1)) : hn::Sub(next, path_.node));
+    if (indexed_ && kTrapezoid) {
+      left_length_ =
+          hn::IfThenElse(float_mask(here), hn::Min(to_float(nodes), ahead(path_.node)), left_length_);
     }
-    if (kTrapezoid) {
-      path_.left_node = hn::IfThenElse(here, kIndex ? path_.node : hn::Sub(next, constant_i(1)), path_.left_node);
-    }
+    if (indexed_) path_.left_node = hn::IfThenElse(here, path_.node, path_.left_node);
     // A lane that reaches the end stays where it is: the last node has a place of its own.
     here = hn::AndNot(ends, here);
     advance(path_.position, scaled(step_, hn::IfThenElseZero(here, nodes)));
@@ -285,22 +297,37 @@ HWY_NOINLINE void Composite<kVoxels, kTrapezoid, kIndex, kChannels>::leap_on(MI 
     if (!kTrapezoid) alive_ = hn::AndNot(ends, alive_);
     here = hn::And(here, invisible_at(job_, path_.position));
   }
+  if (!indexed_) {
+    const MI goes_on = hn::And(hn::And(leaps, alive_), hn::Lt(path_.node, segments_));
+    const I back = hn::IfThenElseZero(goes_on, hn::And(path_.node, constant_i(kRun - 1)));
+    retreat(path_.position, scaled(step_, back));
+    path_.node = hn::Sub(path_.node, back);
+    skipped_ = hn::Sub(skipped_, back);
+  }
   if constexpr (kTrapezoid) {
+    const MI moved = hn::Gt(path_.node, start);
     // The node before is invisible: it counts without being sampled.
     const M m = float_mask(moved);
+    if (!indexed_)
+      path_.left_node = hn::IfThenElse(moved, hn::Sub(path_.node, constant_i(1)), path_.left_node);
     path_.left.y = hn::IfThenElse(m, constant(0.0F), path_.left.y);
-    for (int c = 0; c < kChannels; ++c) path_.left.yq[c] = hn::IfThenElse(m, constant(0.0F), path_.left.yq[c]);
+    for (int c = 0; c < kChannels; ++c)
+      path_.left.yq[c] = hn::IfThenElse(m, constant(0.0F), path_.left.yq[c]);
     fresh_ = hn::AndNot(moved, fresh_);
   }
 }
 
 /// The last segment, shorter than the others.
-template <PacketVoxels kVoxels, bool kTrapezoid, bool kIndex, int kChannels>
-void Composite<kVoxels, kTrapezoid, kIndex, kChannels>::finish() {
+template <PacketVoxels kVoxels, bool kTrapezoid, int kChannels>
+void Composite<kVoxels, kTrapezoid, kChannels>::finish() {
   MI active = alive_;
   if (kTrapezoid) {
     const MI needless = hn::And(end_invisible_, int_mask(hn::Eq(path_.left.y, hn::Zero(DF()))));
     skipped_ = hn::Add(skipped_, hn::IfThenElseZero(hn::And(active, needless), constant_i(1)));
+    active = hn::AndNot(needless, active);
+  } else if (job_.invisible) {
+    const MI needless = hn::And(active, invisible_at(job_, path_.position));
+    skipped_ = hn::Add(skipped_, hn::IfThenElseZero(needless, constant_i(1)));
     active = hn::AndNot(needless, active);
   }
   if (hn::AllFalse(DI(), active)) return;
@@ -308,13 +335,13 @@ void Composite<kVoxels, kTrapezoid, kIndex, kChannels>::finish() {
   const Lights<kChannels> node = sample(end);
   if (job_.shaded) count_gradients(node, active, path_.transmittance);
   F length = remainder_;
-  if (kTrapezoid && kIndex) length = left_length_;
+  if (kTrapezoid && indexed_) length = left_length_;
   segment(path_, node, hn::IfThenElseZero(float_mask(active), length));
   samples_ = hn::Add(samples_, hn::IfThenElseZero(active, constant_i(1)));
 }
 
-template <PacketVoxels kVoxels, bool kTrapezoid, bool kIndex, int kChannels>
-void Composite<kVoxels, kTrapezoid, kIndex, kChannels>::store(PacketPixels& pixels) const {
+template <PacketVoxels kVoxels, bool kTrapezoid, int kChannels>
+void Composite<kVoxels, kTrapezoid, kChannels>::store(PacketPixels& pixels) const {
   const DF df;
   const DI d;
   const F alpha = hn::Sub(constant(1.0F), path_.transmittance);

@@ -9,37 +9,41 @@ namespace vol::render {
 /// What the packet kernel works on: plain numbers, computed once a picture. Private to the packet caster.
 inline constexpr int kMaxLanes = 16;
 
-/// The transfer function on a table over the data's range: u = (value - lo) scale in [0, buckets). Bucket b has
-/// two lines in w = u - b: line b, and line b + buckets for values at or above the bucket's split point.
+/// The transfer function on a table over the data's range: u = (value - lo) scale in [0, buckets). Bucket b
+/// has two lines in w = u - b: line b, and line b + buckets for values at or above the bucket's split point.
 struct PacketTransfer {
   float lo = 0;
   float scale = 0;
-  float last = 0;           ///< largest u that still floors to a bucket
+  float last = 0;  ///< largest u that still floors to a bucket
   std::int32_t buckets = 0;
-  bool split = false;       ///< some bucket has a transfer-function point inside
-  bool logarithm = false;   ///< lines hold opacities, to be turned into extinctions
-  bool affine = false;      ///< colour is one line in u over the whole range
-  bool grey = false;        ///< its three channels are the same
-  bool opaque = false;      ///< opacity 1 occurs
-  float exponent = 0;       ///< y of a whole step per log2(1 - opacity): step / reference length (half of it: trapezoid)
-  float steepest = 0;       ///< smallest y of a whole segment (most negative)
-  Buffer<float> splits;     ///< value, +infinity where none; by bucket
+  bool split = false;      ///< some bucket has a transfer-function point inside
+  bool logarithm = false;  ///< lines hold opacities, to be turned into extinctions
+  bool affine = false;     ///< colour is one line in u over the whole range
+  bool grey = false;       ///< its three channels are the same
+  bool opaque = false;     ///< opacity 1 occurs
+  bool dense = false;      ///< opacities above 0.9 occur
+  float exponent =
+      0;  ///< y of a whole step per log2(1 - opacity): step / reference length (half of it: trapezoid)
+  float steepest = 0;    ///< smallest y of a whole segment (most negative)
+  Buffer<float> splits;  ///< value, +infinity where none; by bucket
   /// By line. {y, dy}: log2 of a node's share of a step's transmittance, and its slope; or, with `logarithm`,
   /// {opacity, slope, 1 - opacity, slope}.
   Buffer<float> extinctions;
-  Buffer<float> colours;    ///< by line: r, dr, g, dg, b, db; empty when affine
+  Buffer<float> colours;             ///< by line: r, dr, g, dg, b, db; empty when affine
   float colour0[3]{}, colour1[3]{};  ///< affine: colour = colour0 + colour1 u
 };
 
-enum class PacketVoxels { u8, u16, i16, f32 };
+enum class PacketVoxels { u8, two_bytes, f32 };
 
 struct PacketJob {
-  // The volume. Strides in units of the gather: bytes for u8, u16 and i16, elements for f32; 0 for an axis of one.
+  // The volume. Strides in units of the gather: bytes for u8 and two_bytes, elements for f32; 0 for an axis
+  // of one.
   const void* voxels = nullptr;
   PacketVoxels type = PacketVoxels::u8;
+  bool is_signed = false;  ///< two_bytes: i16, else u16
   bool nearest = false;
-  std::int32_t stride[3]{};       ///< between cells
-  std::int32_t neighbour[3]{};    ///< to the cell's far corner: stride, or 0 for an axis of one sample
+  std::int32_t stride[3]{};     ///< between cells
+  std::int32_t neighbour[3]{};  ///< to the cell's far corner: stride, or 0 for an axis of one sample
   // The rule.
   bool trapezoid = false;
   float termination = 0;
@@ -58,6 +62,7 @@ struct PacketJob {
   std::int32_t row_bytes = 0, slice_bytes = 0;
   float inverse_reduction = 1;
   int reduction = 1;
+  float longest_hop = 1;  ///< in steps: 2 to the index's highest level
 };
 
 /// Rays of one packet, by lane. Positions in index space are fixed-point: whole voxels and 31-bit fractions.
@@ -68,10 +73,10 @@ struct PacketRays {
   alignas(64) std::int32_t exit_part[3][kMaxLanes];
   alignas(64) std::int32_t step_whole[3][kMaxLanes];
   alignas(64) std::int32_t step_part[3][kMaxLanes];
-  alignas(64) std::int32_t segments[kMaxLanes];   ///< n: nodes 0 .. n; 0 for no ray
-  alignas(64) float remainder[kMaxLanes];         ///< length of the last segment, in steps
+  alignas(64) std::int32_t segments[kMaxLanes];     ///< n: nodes 0 .. n; 0 for no ray
+  alignas(64) float remainder[kMaxLanes];           ///< length of the last segment, in steps
   alignas(64) std::int32_t first_level[kMaxLanes];  ///< index entry of node 0
-  alignas(64) float direction[3][kMaxLanes];      ///< world, for shading
+  alignas(64) float direction[3][kMaxLanes];        ///< world, for shading
 };
 
 struct PacketPixels {

@@ -15,35 +15,36 @@
 HWY_BEFORE_NAMESPACE();
 namespace vol::render::HWY_NAMESPACE {
 
-int lanes() { return static_cast<int>(hn::Lanes(DF())); }
-const char* target_name() { return hwy::TargetName(HWY_TARGET); }
+int lanes() {
+  return static_cast<int>(hn::Lanes(DF()));
+}
+const char* target_name() {
+  return hwy::TargetName(HWY_TARGET);
+}
 
-template <PacketVoxels kVoxels, bool kTrapezoid, bool kIndex>
+template <PacketVoxels kVoxels, bool kTrapezoid>
 void composite_channels(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
   if (job.transfer.affine && !job.shaded) {
-    Composite<kVoxels, kTrapezoid, kIndex, 1>(job, rays).cast(pixels);
+    Composite<kVoxels, kTrapezoid, 1>(job, rays).cast(pixels);
   } else {
-    Composite<kVoxels, kTrapezoid, kIndex, 3>(job, rays).cast(pixels);
+    Composite<kVoxels, kTrapezoid, 3>(job, rays).cast(pixels);
   }
 }
 
 template <PacketVoxels kVoxels>
 void composite_voxels(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
-  if (job.trapezoid) {
-    job.nibbles ? composite_channels<kVoxels, true, true>(job, rays, pixels)
-                : composite_channels<kVoxels, true, false>(job, rays, pixels);
-  } else {
-    job.nibbles ? composite_channels<kVoxels, false, true>(job, rays, pixels)
-                : composite_channels<kVoxels, false, false>(job, rays, pixels);
-  }
+  job.trapezoid ? composite_channels<kVoxels, true>(job, rays, pixels)
+                : composite_channels<kVoxels, false>(job, rays, pixels);
 }
 
 void composite(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
   switch (job.type) {
-    case PacketVoxels::u8: return composite_voxels<PacketVoxels::u8>(job, rays, pixels);
-    case PacketVoxels::u16: return composite_voxels<PacketVoxels::u16>(job, rays, pixels);
-    case PacketVoxels::i16: return composite_voxels<PacketVoxels::i16>(job, rays, pixels);
-    case PacketVoxels::f32: return composite_voxels<PacketVoxels::f32>(job, rays, pixels);
+    case PacketVoxels::u8:
+      return composite_voxels<PacketVoxels::u8>(job, rays, pixels);
+    case PacketVoxels::two_bytes:
+      return composite_voxels<PacketVoxels::two_bytes>(job, rays, pixels);
+    case PacketVoxels::f32:
+      return composite_voxels<PacketVoxels::f32>(job, rays, pixels);
   }
 }
 
@@ -54,19 +55,23 @@ void xray_voxels(const PacketJob& job, const PacketRays& rays, PacketPixels& pix
 
 void xray_any(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
   switch (job.type) {
-    case PacketVoxels::u8: return xray_voxels<PacketVoxels::u8>(job, rays, pixels);
-    case PacketVoxels::u16: return xray_voxels<PacketVoxels::u16>(job, rays, pixels);
-    case PacketVoxels::i16: return xray_voxels<PacketVoxels::i16>(job, rays, pixels);
-    case PacketVoxels::f32: return xray_voxels<PacketVoxels::f32>(job, rays, pixels);
+    case PacketVoxels::u8:
+      return xray_voxels<PacketVoxels::u8>(job, rays, pixels);
+    case PacketVoxels::two_bytes:
+      return xray_voxels<PacketVoxels::two_bytes>(job, rays, pixels);
+    case PacketVoxels::f32:
+      return xray_voxels<PacketVoxels::f32>(job, rays, pixels);
   }
 }
 
 void mip_any(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
   switch (job.type) {
-    case PacketVoxels::u8: return mip<PacketVoxels::u8>(job, rays, pixels);
-    case PacketVoxels::u16: return mip<PacketVoxels::u16>(job, rays, pixels);
-    case PacketVoxels::i16: return mip<PacketVoxels::i16>(job, rays, pixels);
-    case PacketVoxels::f32: return mip<PacketVoxels::f32>(job, rays, pixels);
+    case PacketVoxels::u8:
+      return mip<PacketVoxels::u8>(job, rays, pixels);
+    case PacketVoxels::two_bytes:
+      return mip<PacketVoxels::two_bytes>(job, rays, pixels);
+    case PacketVoxels::f32:
+      return mip<PacketVoxels::f32>(job, rays, pixels);
   }
 }
 
@@ -82,8 +87,12 @@ HWY_EXPORT(composite);
 HWY_EXPORT(xray_any);
 HWY_EXPORT(mip_any);
 
-int packet_lanes() { return HWY_DYNAMIC_DISPATCH(lanes)(); }
-const char* packet_instruction_set() { return HWY_DYNAMIC_DISPATCH(target_name)(); }
+int packet_lanes() {
+  return HWY_DYNAMIC_DISPATCH(lanes)();
+}
+const char* packet_instruction_set() {
+  return HWY_DYNAMIC_DISPATCH(target_name)();
+}
 void cast_composite(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
   HWY_DYNAMIC_DISPATCH(composite)(job, rays, pixels);
 }

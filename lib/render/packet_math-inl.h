@@ -1,4 +1,5 @@
-// Included once per instruction set by packet_kernel.cpp, inside its namespace: no include guard of the usual kind.
+// Included once per instruction set by packet_kernel.cpp, inside its namespace: no include guard of the usual
+// kind.
 #if defined(VOL_RENDER_PACKET_MATH_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef VOL_RENDER_PACKET_MATH_INL_H_
 #undef VOL_RENDER_PACKET_MATH_INL_H_
@@ -19,17 +20,30 @@ using I = hn::Vec<DI>;
 using M = hn::Mask<DF>;
 using MI = hn::Mask<DI>;
 
-constexpr float kExp2m1[] = {6.931471741e-01F, 2.402260561e-01F, 5.549895370e-02F, 9.596275803e-03F, 1.290780001e-03F, 1.145805682e-04F};
+constexpr float kExp2m1[] = {6.931471741e-01F, 2.402260561e-01F, 5.549895370e-02F,
+                             9.596275803e-03F, 1.290780001e-03F, 1.145805682e-04F};
 
-HWY_INLINE F constant(float v) { return hn::Set(DF(), v); }
-HWY_INLINE I constant_i(std::int32_t v) { return hn::Set(DI(), v); }
-HWY_INLINE F to_float(I v) { return hn::ConvertTo(DF(), v); }
-HWY_INLINE I truncated(F v) { return hn::ConvertTo(DI(), v); }
-HWY_INLINE M float_mask(MI m) { return hn::RebindMask(DF(), m); }
-HWY_INLINE MI int_mask(M m) { return hn::RebindMask(DI(), m); }
+HWY_INLINE F constant(float v) {
+  return hn::Set(DF(), v);
+}
+HWY_INLINE I constant_i(std::int32_t v) {
+  return hn::Set(DI(), v);
+}
+HWY_INLINE F to_float(I v) {
+  return hn::ConvertTo(DF(), v);
+}
+HWY_INLINE I truncated(F v) {
+  return hn::ConvertTo(DI(), v);
+}
+HWY_INLINE M float_mask(MI m) {
+  return hn::RebindMask(DF(), m);
+}
+HWY_INLINE MI int_mask(M m) {
+  return hn::RebindMask(DI(), m);
+}
 
-/// (2^f - 1) / f for f in [-1, 0]: a polynomial of degree 5 with relative error 9e-09 (weighted least squares,
-/// iterated to the minimax solution), so that f times it keeps the digits of small opacities.
+/// (2^f - 1) / f for f in [-1, 0]: a polynomial of degree 5 with relative error 9e-09 (weighted least
+/// squares, iterated to the minimax solution), so that f times it keeps the digits of small opacities.
 HWY_INLINE F exp2m1_over(F f) {
   F p = hn::MulAdd(constant(kExp2m1[5]), f, constant(kExp2m1[4]));
   p = hn::MulAdd(p, f, constant(kExp2m1[3]));

@@ -12,12 +12,12 @@
 HWY_BEFORE_NAMESPACE();
 namespace vol::render::HWY_NAMESPACE {
 
-constexpr float kOpaque = -1e30F;    // y of an opaque node; finite, so that times 0 it is 0
+constexpr float kOpaque = -1e30F;  // y of an opaque node; finite, so that times 0 it is 0
 constexpr float kOpaqueTest = -1e29F;
 
-/// Optical properties of a node. y: log2 of the transmittance that the node contributes to a whole step (its half
-/// of a trapezoid's, all of a rectangle's). yq: y times the colour; one channel, y u, where colour is one unshaded
-/// line in u (the picture's colour is then colour0 A + colour1 sum), else three.
+/// Optical properties of a node. y: log2 of the transmittance that the node contributes to a whole step (its
+/// half of a trapezoid's, all of a rectangle's). yq: y times the colour; one channel, y u, where colour is
+/// one unshaded line in u (the picture's colour is then colour0 A + colour1 sum), else three.
 template <int kChannels>
 struct Lights {
   F y;
@@ -27,13 +27,13 @@ struct Lights {
 /// Diffuse factor and highlight of Blinn-Phong (shading.h), from the gradient along the index axes.
 HWY_INLINE void blinn_phong(const PacketJob& job, F gx, F gy, F gz, const F* ray, F& diffuse, F& specular) {
   const auto row = [&](int r) HWY_ATTR {
-    return hn::MulAdd(gx, constant(job.to_world[3 * r]),
-                      hn::MulAdd(gy, constant(job.to_world[3 * r + 1]), hn::Mul(gz, constant(job.to_world[3 * r + 2]))));
+    return hn::MulAdd(
+        gx, constant(job.to_world[3 * r]),
+        hn::MulAdd(gy, constant(job.to_world[3 * r + 1]), hn::Mul(gz, constant(job.to_world[3 * r + 2]))));
   };
   const F n0 = row(0), n1 = row(1), n2 = row(2);
-  const auto dot = [](F a0, F a1, F a2, F b0, F b1, F b2) HWY_ATTR {
-    return hn::MulAdd(a0, b0, hn::MulAdd(a1, b1, hn::Mul(a2, b2)));
-  };
+  const auto dot = [](F a0, F a1, F a2, F b0, F b1, F b2)
+                       HWY_ATTR { return hn::MulAdd(a0, b0, hn::MulAdd(a1, b1, hn::Mul(a2, b2))); };
   // The largest component first scaled to 1: squares neither overflow nor vanish.
   const F most = hn::Max(hn::Abs(n0), hn::Max(hn::Abs(n1), hn::Abs(n2)));
   const M flat = hn::Not(hn::Gt(most, constant(0.0F)));
@@ -48,8 +48,7 @@ HWY_INLINE void blinn_phong(const PacketJob& job, F gx, F gy, F gz, const F* ray
     const F h0 = hn::Sub(l0, ray[0]), h1 = hn::Sub(l1, ray[1]), h2 = hn::Sub(l2, ray[2]);
     const F h = hn::Sqrt(dot(h0, h1, h2, h0, h1, h2));
     n_dot_l = hn::Div(hn::Abs(dot(m0, m1, m2, l0, l1, l2)), length);
-    n_dot_h = hn::Div(hn::Abs(dot(m0, m1, m2, h0, h1, h2)),
-                      hn::Max(hn::Mul(h, length), constant(1e-30F)));
+    n_dot_h = hn::Div(hn::Abs(dot(m0, m1, m2, h0, h1, h2)), hn::Max(hn::Mul(h, length), constant(1e-30F)));
   }
   diffuse = hn::MulAdd(constant(job.diffuse), n_dot_l, constant(job.ambient));
   const F logarithm = log2_positive(hn::Max(hn::Min(n_dot_h, constant(1.0F)), constant(1e-30F)));
@@ -82,7 +81,8 @@ HWY_INLINE Lights<kChannels> lights(const PacketJob& job, F value, const S& samp
   if (HWY_UNLIKELY(t.logarithm)) {
     const I four = hn::ShiftLeft<2>(line);
     const F opacity = on_line(t.extinctions.data(), four, 0, w);
-    const F clear = on_line(t.extinctions.data(), four, 2, w);
+    // Below 0.9 the subtraction loses no digit that matters.
+    const F clear = t.dense ? on_line(t.extinctions.data(), four, 2, w) : hn::Sub(constant(1.0F), opacity);
     // Small opacities keep their digits by log1p's polynomial, clear values near 0 by their own line.
     const F small = log2p1_reduced(hn::Neg(hn::Min(opacity, constant(0.25F))));
     const F large = log2_positive(hn::Max(clear, constant(1e-30F)));

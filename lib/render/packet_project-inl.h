@@ -11,8 +11,9 @@
 HWY_BEFORE_NAMESPACE();
 namespace vol::render::HWY_NAMESPACE {
 
-/// The nodes of a packet's rays for xray and mip, in order: calls node(value, number, length ahead, active), where
-/// the length ahead, in steps, reaches to the next node and is 0 for the last one and for lanes that have ended.
+/// The nodes of a packet's rays for xray and mip, in order: calls node(value, number, length ahead, active),
+/// where the length ahead, in steps, reaches to the next node and is 0 for the last one and for lanes that
+/// have ended.
 template <PacketVoxels kVoxels, bool kWithLast, class Visit>
 HWY_INLINE I walk(const PacketJob& job, const PacketRays& rays, const Visit& visit) {
   const DI d;
@@ -63,20 +64,23 @@ HWY_INLINE void store_projection(F value, I depth_node, I samples, PacketPixels&
   for (auto* none : {pixels.gradients, pixels.skipped, pixels.terminated}) hn::Store(hn::Zero(d), d, none);
 }
 
-/// Sum of value times length, in steps; Neumaier's compensation, because a sum of thousands of floats is printed.
+/// Sum of value times length, in steps; Neumaier's compensation, because a sum of thousands of floats is
+/// printed.
 template <PacketVoxels kVoxels, bool kTrapezoid>
 HWY_INLINE void xray(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
   F sum = constant(0.0F), lost = constant(0.0F), left = constant(0.0F), left_length = constant(0.0F);
   const auto add = [&](F term) HWY_ATTR {
     const F total = hn::Add(sum, term);
     const M larger = hn::Ge(hn::Abs(sum), hn::Abs(term));
-    lost = hn::Add(lost, hn::Add(hn::Sub(hn::IfThenElse(larger, sum, term), total), hn::IfThenElse(larger, term, sum)));
+    lost = hn::Add(
+        lost, hn::Add(hn::Sub(hn::IfThenElse(larger, sum, term), total), hn::IfThenElse(larger, term, sum)));
     sum = total;
   };
   const I samples = walk<kVoxels, kTrapezoid>(job, rays, [&](F value, I, F length, MI active) HWY_ATTR {
     if constexpr (kTrapezoid) {
       const M m = float_mask(active);
-      add(hn::Mul(hn::IfThenElseZero(m, left_length), hn::MulAdd(constant(0.5F), left, hn::Mul(constant(0.5F), value))));
+      add(hn::Mul(hn::IfThenElseZero(m, left_length),
+                  hn::MulAdd(constant(0.5F), left, hn::Mul(constant(0.5F), value))));
       left = hn::IfThenElse(m, value, left);
       left_length = hn::IfThenElse(m, length, left_length);
     } else {

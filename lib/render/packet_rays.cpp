@@ -15,10 +15,15 @@ void split(std::int64_t fixed, std::int32_t& whole, std::int32_t& part) {
 
 }  // namespace
 
-PacketRayMaker::PacketRayMaker(const volume::GridGeometry& geometry, const RayBox& box, const camera::Camera& camera,
-                               double step, const index::IndexVolume* index)
-    : box_(box), camera_(camera), step_(step), index_(index), dims_(geometry.dims),
-      to_index_(geometry.world_to_index_matrix()), origin_(geometry.origin) {}
+PacketRayMaker::PacketRayMaker(const volume::GridGeometry& geometry, const RayBox& box,
+                               const camera::Camera& camera, double step, const index::IndexVolume* index)
+    : box_(box),
+      camera_(camera),
+      step_(step),
+      index_(index),
+      dims_(geometry.dims),
+      to_index_(geometry.world_to_index_matrix()),
+      origin_(geometry.origin) {}
 
 void PacketRayMaker::clear(int lane, PacketRays& rays) {
   for (int a = 0; a < 3; ++a) {
@@ -39,7 +44,8 @@ int PacketRayMaker::first_level(const Vec3& p_world) const {
   std::int64_t entry[3];
   for (int a = 0; a < 3; ++a) {
     const double cell = u[a] * static_cast<double>(dims_[a] - 1);
-    entry[a] = (!(cell > 0) ? 0 : std::min(static_cast<std::int64_t>(cell), dims_[a] - 1)) / index_->reduction();
+    entry[a] =
+        (!(cell > 0) ? 0 : std::min(static_cast<std::int64_t>(cell), dims_[a] - 1)) / index_->reduction();
   }
   return index_->entry(entry[0], entry[1], entry[2]);
 }
@@ -52,7 +58,8 @@ PacketRayMaker::Lane PacketRayMaker::make(int x, int y, int lane, PacketRays& ra
     return {};
   }
   const double steps = chord->length() / step_;
-  std::int64_t segments = std::clamp<std::int64_t>(static_cast<std::int64_t>(std::ceil(steps - 1e-9)), 1, kMostSegments);
+  std::int64_t segments =
+      std::clamp<std::int64_t>(static_cast<std::int64_t>(std::ceil(steps - 1e-9)), 1, kMostSegments);
   const Vec3 start = to_index_ * (ray.origin - origin_);
   const Vec3 along = to_index_ * ray.direction;
   std::int64_t entry[3], exit[3], step[3];
@@ -65,9 +72,10 @@ PacketRayMaker::Lane PacketRayMaker::make(int x, int y, int lane, PacketRays& ra
     entry[a] = dims_[a] > 1 ? fixed(chord->entry) : 0;
     exit[a] = dims_[a] > 1 ? fixed(chord->exit) : 0;
     step[a] = dims_[a] > 1 && segments > 1 ? static_cast<std::int64_t>(along[a] * step_ * kOne) : 0;
-    // The last lattice node is inside up to rounding; should that carry it across the face, it is left out, and
-    // the last segment is longer by that rounding.
-    while (segments > 1 && (entry[a] + (segments - 1) * step[a] < 0 || entry[a] + (segments - 1) * step[a] > top)) {
+    // The last lattice node is inside up to rounding; should that carry it across the face, it is left out,
+    // and the last segment is longer by that rounding.
+    while (segments > 1 &&
+           (entry[a] + (segments - 1) * step[a] < 0 || entry[a] + (segments - 1) * step[a] > top)) {
       --segments;
     }
   }

@@ -12,12 +12,13 @@ inline constexpr int kMostSegments = 32767;
 
 /// Makes the rays of packets: the oracle's nodes in fixed-point index coordinates.
 ///
-/// The entry is rounded down and kept below the last sample, the step is rounded towards 0: a node lags behind its
-/// exact place by at most (number + 1) 2^-31 voxel and never leaves the box, so that sampling needs no clamping.
+/// The entry is rounded down and kept below the last sample, the step is rounded towards 0: a node lags
+/// behind its exact place by at most (number + 1) 2^-31 voxel and never leaves the box, so that sampling
+/// needs no clamping.
 class PacketRayMaker {
  public:
-  PacketRayMaker(const volume::GridGeometry& geometry, const RayBox& box, const camera::Camera& camera, double step,
-                 const index::IndexVolume* index);
+  PacketRayMaker(const volume::GridGeometry& geometry, const RayBox& box, const camera::Camera& camera,
+                 double step, const index::IndexVolume* index);
 
   /// Where a ray's lane meets the box, for the depth channel.
   struct Lane {

@@ -12,19 +12,22 @@
 HWY_BEFORE_NAMESPACE();
 namespace vol::render::HWY_NAMESPACE {
 
-/// Fixed-point vector per axis: whole + part 2^-31, 0 <= part < 2^31. Sums are exact, so a node's position does
-/// not depend on the hops by which it was reached.
+/// Fixed-point vector per axis: whole + part 2^-31, 0 <= part < 2^31. Sums are exact, so a node's position
+/// does not depend on the hops by which it was reached.
 struct Position {
   I whole0, whole1, whole2, part0, part1, part2;
 };
 
-HWY_INLINE Position load(const std::int32_t (&whole)[3][kMaxLanes], const std::int32_t (&part)[3][kMaxLanes]) {
+HWY_INLINE Position load(const std::int32_t (&whole)[3][kMaxLanes],
+                         const std::int32_t (&part)[3][kMaxLanes]) {
   const DI d;
   return {hn::Load(d, whole[0]), hn::Load(d, whole[1]), hn::Load(d, whole[2]),
           hn::Load(d, part[0]),  hn::Load(d, part[1]),  hn::Load(d, part[2])};
 }
 
-HWY_INLINE I carry_of(I part) { return hn::BitCast(DI(), hn::ShiftRight<31>(hn::BitCast(hn::RebindToUnsigned<DI>(), part))); }
+HWY_INLINE I carry_of(I part) {
+  return hn::BitCast(DI(), hn::ShiftRight<31>(hn::BitCast(hn::RebindToUnsigned<DI>(), part)));
+}
 
 HWY_INLINE void add_axis(I& whole, I& part, I step_whole, I step_part) {
   const I sum = hn::Add(part, step_part);
@@ -72,7 +75,9 @@ HWY_INLINE Position selected(MI m, const Position& a, const Position& b) {
           hn::IfThenElse(m, a.part1, b.part1),   hn::IfThenElse(m, a.part2, b.part2)};
 }
 
-HWY_INLINE F fraction(I part) { return hn::Mul(to_float(part), constant(0x1p-31F)); }
+HWY_INLINE F fraction(I part) {
+  return hn::Mul(to_float(part), constant(0x1p-31F));
+}
 
 /// The eight samples around a position as floats; reads at most 3 bytes behind the last sample, which Buffer
 /// keeps readable.
@@ -98,7 +103,7 @@ struct Gather {
       if constexpr (kVoxels == PacketVoxels::u8) {
         v0 = to_float(hn::And(word, constant_i(0xff)));
         v1 = to_float(hn::And(hn::ShiftRight<8>(word), constant_i(0xff)));
-      } else if constexpr (kVoxels == PacketVoxels::i16) {
+      } else if (job.is_signed) {
         v0 = to_float(hn::ShiftRight<16>(hn::ShiftLeft<16>(word)));
         v1 = to_float(hn::ShiftRight<16>(word));
       } else {
@@ -126,7 +131,7 @@ HWY_INLINE I voxel_offset(const PacketJob& job, I i, I j, I k, bool two_bytes) {
 /// One reconstruction of the field, and the corners for its gradient.
 template <PacketVoxels kVoxels>
 struct Sampler {
-  static constexpr bool kTwoBytes = kVoxels == PacketVoxels::u16 || kVoxels == PacketVoxels::i16;
+  static constexpr bool kTwoBytes = kVoxels == PacketVoxels::two_bytes;
   F x, y, z;
   Corners c;
 
@@ -155,12 +160,13 @@ struct Sampler {
   HWY_INLINE F nearest(const PacketJob& job, const Position& p) {
     c.v000 = c.v100 = c.v010 = c.v110 = c.v001 = c.v101 = c.v011 = c.v111 = constant(0.0F);  // no gradient
     const auto rounded = [](I whole, I part) HWY_ATTR { return hn::Add(whole, hn::ShiftRight<30>(part)); };
-    return Gather<kVoxels>::single(job, voxel_offset(job, rounded(p.whole0, p.part0), rounded(p.whole1, p.part1),
-                                                     rounded(p.whole2, p.part2), kTwoBytes));
+    return Gather<kVoxels>::single(job,
+                                   voxel_offset(job, rounded(p.whole0, p.part0), rounded(p.whole1, p.part1),
+                                                rounded(p.whole2, p.part2), kTwoBytes));
   }
 
-  /// Gradient of the trilinear field along the index axes, per sample; along an axis of one sample 0, because its
-  /// two corners are the same voxel (x: the fraction is 0 there, and `to_world` has a zero column).
+  /// Gradient of the trilinear field along the index axes, per sample; along an axis of one sample 0, because
+  /// its two corners are the same voxel (x: the fraction is 0 there, and `to_world` has a zero column).
   HWY_INLINE void gradient(F& gx, F& gy, F& gz) const {
     const auto mix = [](F t, F a, F b) HWY_ATTR { return hn::MulAdd(t, hn::Sub(b, a), a); };
     gx = mix(z, mix(y, hn::Sub(c.v100, c.v000), hn::Sub(c.v110, c.v010)),
@@ -190,16 +196,17 @@ HWY_INLINE I index_level(const PacketJob& job, const Position& p) {
 
 HWY_INLINE MI invisible_at(const PacketJob& job, const Position& p) {
   const DI d;
-  const I offset =
-      hn::Add(hn::ShiftRight<3>(p.whole0),
-              hn::Add(hn::Mul(hn::ShiftRight<3>(p.whole1), constant_i(job.macro_stride[1])),
-                      hn::Mul(hn::ShiftRight<3>(p.whole2), constant_i(job.macro_stride[2]))));
+  const I offset = hn::Add(hn::ShiftRight<3>(p.whole0),
+                           hn::Add(hn::Mul(hn::ShiftRight<3>(p.whole1), constant_i(job.macro_stride[1])),
+                                   hn::Mul(hn::ShiftRight<3>(p.whole2), constant_i(job.macro_stride[2]))));
   const I word = hn::GatherOffset(d, reinterpret_cast<const std::int32_t*>(job.invisible), offset);
   return hn::Ne(hn::And(word, constant_i(0xff)), hn::Zero(d));
 }
 
 /// 2^level for level in [0, 15].
-HWY_INLINE I power_of_two(I level) { return hn::Shl(constant_i(1), level); }
+HWY_INLINE I power_of_two(I level) {
+  return hn::Shl(constant_i(1), level);
+}
 
 }  // namespace vol::render::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -25,7 +25,8 @@ struct Line {
   double opacity0, opacity1;  ///< extrapolated to the bucket's ends
   double y0, y1;              ///< log2(1 - opacity), the same
   Vec3 colour0, colour1;
-  bool fine;                  ///< y is accurate enough as a line
+  double used0, used1;  ///< opacities at the ends of the part in use
+  bool fine;            ///< y is accurate enough as a line
 };
 
 /// The interval's line over a bucket [a, b] of values, used in [from, to] of it.
@@ -45,15 +46,19 @@ Line line_over(const OpticsInterval& interval, double a, double b, double from, 
     // -log(1 - a) between two values of a: |f''| <= (da)^2 / (1 - a)^2, so a chord errs by an eighth of it.
     const double q = (o1 - o0) / (1 - std::max(o0, o1));
     const double error = q * q / 8;
+    line.used0 = o0;
+    line.used1 = o1;
     line.fine = std::max(o0, o1) < 1 && (error <= 1e-9 || error <= 2e-6 * -std::log1p(-0.5 * (o0 + o1)));
   } else {
-    line = {o0, o0, std::log2(1 - o0), std::log2(1 - o0), interval.colour(from), interval.colour(from), o0 < 1};
+    line = {o0, o0,    std::log2(1 - o0), std::log2(1 - o0), interval.colour(from), interval.colour(from), o0,
+            o0, o0 < 1};
   }
   return line;
 }
 
 /// False where a bucket would hold two points. `fine` tells whether extinctions may be stored as lines.
-bool fill(const Optics& optics, double lo, double hi, std::int32_t buckets, PacketTransfer& table, bool& fine) {
+bool fill(const Optics& optics, double lo, double hi, std::int32_t buckets, PacketTransfer& table,
+          bool& fine) {
   const double width = (hi - lo) / buckets;
   const auto& points = optics.transfer().breakpoints();
   table.split = false;
@@ -86,7 +91,7 @@ bool fill(const Optics& optics, double lo, double hi, std::int32_t buckets, Pack
   table.logarithm = !fine;
   table.extinctions = Buffer<float>(stride * lines.size());
   table.colours = Buffer<float>(6 * lines.size());
-  table.opaque = false;
+  table.opaque = table.dense = false;
   double steepest = 0;
   const auto put = [](float* at, double v0, double v1) {
     at[0] = static_cast<float>(v0);
@@ -102,7 +107,9 @@ bool fill(const Optics& optics, double lo, double hi, std::int32_t buckets, Pack
       put(at + 2, 1 - line.opacity0, 1 - line.opacity1);
     }
     table.opaque = table.opaque || std::max(line.opacity0, line.opacity1) >= 1;
-    steepest = fine ? std::min({steepest, line.y0, line.y1}) : -1e30;
+    table.dense = table.dense || std::max(line.opacity0, line.opacity1) > 0.9;
+    const double most = std::max({line.used0, line.used1, 0.0});
+    steepest = std::min(steepest, most < 1 ? std::log2(1 - most) : -1e30);
     for (int c = 0; c < 3; ++c) put(table.colours.data() + 6 * l + 2 * c, line.colour0[c], line.colour1[c]);
   }
   table.steepest = static_cast<float>(std::max(-1e30, steepest)) * table.exponent;
@@ -113,7 +120,8 @@ bool fill(const Optics& optics, double lo, double hi, std::int32_t buckets, Pack
 void find_affine(const Optics& optics, double lo, double hi, PacketTransfer& table) {
   const auto& transfer = optics.transfer();
   const Vec3 c0 = transfer.colour(lo);
-  const Vec3 c1 = hi > lo ? Vec3(optics.intervals()[optics.interval_of(std::nextafter(hi, lo))].colour(hi)) : c0;
+  const Vec3 c1 =
+      hi > lo ? Vec3(optics.intervals()[optics.interval_of(std::nextafter(hi, lo))].colour(hi)) : c0;
   table.affine = transfer.colour(hi) == c1;
   for (const auto& point : transfer.colours()) {
     if (point.value <= lo || point.value >= hi) continue;
@@ -128,8 +136,8 @@ void find_affine(const Optics& optics, double lo, double hi, PacketTransfer& tab
 
 }  // namespace
 
-bool tabulate(const Optics& optics, const index::Macrocells::Range& range, bool integral, double steps, bool trapezoid,
-              PacketTransfer& table) {
+bool tabulate(const Optics& optics, const index::Macrocells::Range& range, bool integral, double steps,
+              bool trapezoid, PacketTransfer& table) {
   const double lo = range.min;
   // A constant volume gets a range of its own, so that a bucket has a width.
   const double hi = range.max > range.min ? double(range.max) : lo + std::max(1.0, std::abs(lo));

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 
 #include "base/rng.h"
@@ -7,17 +8,17 @@
 
 namespace vol::render {
 
-/// Smooth blobs with a little noise on an unsymmetric grid (anisotropic, rotated, off-centre), values in [0,
-/// 1] of the type's `full` scale: what the packet caster's tests draw.
+/// Smooth blobs with a little noise on an unsymmetric grid (anisotropic, rotated, off-centre), values from
+/// `lowest` to `lowest + full`: what the packet caster's tests draw.
 template <class T>
-volume::Volume packet_volume(double full, const Dims& dims = {23, 18, 29}, std::uint64_t seed = 1) {
+volume::Volume packet_volume(double full, const Dims& dims = {23, 18, 29}, double lowest = 0) {
   volume::GridGeometry g;
   g.dims = dims;
   g.spacing = {0.5, 0.8, 0.4};
   g.origin = {-7, 3, 11};
   g.direction = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   volume::Grid<T> grid{g, Buffer<T>(static_cast<std::size_t>(g.count()))};
-  Rng rng(seed);
+  Rng rng(1);
   const double phase = rng.uniform();
   for (std::int64_t k = 0; k < dims[2]; ++k) {
     for (std::int64_t j = 0; j < dims[1]; ++j) {
@@ -29,7 +30,7 @@ volume::Volume packet_volume(double full, const Dims& dims = {23, 18, 29}, std::
         };
         double v = 0.7 * blob(0.35, 0.4, 0.6, 0.12) + 0.9 * blob(0.7, 0.6 + 0.1 * phase, 0.3, 0.08);
         v = v < 0.02 ? 0 : std::min(1.0, v + 0.05 * rng.uniform());
-        grid(i, j, k) = static_cast<T>(full * v);
+        grid(i, j, k) = static_cast<T>(lowest + full * v);
       }
     }
   }
@@ -38,13 +39,14 @@ volume::Volume packet_volume(double full, const Dims& dims = {23, 18, 29}, std::
 
 /// Camera askew, colours that differ by channel; opacity 0 up to a third of the range, then a ramp and a
 /// plateau.
-inline Scene packet_scene(double full, double most_opaque = 0.5) {
+inline Scene packet_scene(double full, double most_opaque = 0.5, double lowest = 0) {
   Scene scene;
   scene.view.azimuth = 33;
   scene.view.elevation = -21;
-  scene.transfer =
-      transfer::TransferFunction({{0, {0.1, 0.2, 0.9}}, {0.4 * full, {0.9, 0.3, 0.1}}, {full, {1, 0.9, 0.6}}},
-                                 {{0, 0}, {0.3 * full, 0}, {0.55 * full, most_opaque}, {full, most_opaque}});
+  const auto at = [&](double share) { return lowest + share * full; };
+  scene.transfer = transfer::TransferFunction(
+      {{at(0), {0.1, 0.2, 0.9}}, {at(0.4), {0.9, 0.3, 0.1}}, {at(1), {1, 0.9, 0.6}}},
+      {{at(0), 0}, {at(0.3), 0}, {at(0.55), most_opaque}, {at(1), most_opaque}});
   return scene;
 }
 

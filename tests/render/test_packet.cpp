@@ -1,0 +1,284 @@
+#include <gtest/gtest.h>
+#include <hwy/highway.h>
+
+#include <cmath>
+#include <string>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "packet_scenes.h"
+#include "render/packet.h"
+
+namespace vol::render {
+namespace {
+
+using volume::Reconstruction;
+
+constexpr int kSamples = 4, kDepth = 5;
+
+struct Difference {
+  double colour = 0, samples = 0, depth = 0;
+};
+
+/// Largest differences of R, G, B, A; of samples; of depth where both pictures have one.
+Difference difference(const image::Image& a, const image::Image& b) {
+  Difference d;
+  for (int y = 0; y < a.height; ++y) {
+    for (int x = 0; x < a.width; ++x) {
+      for (int c = 0; c < 4; ++c)
+        d.colour = std::max(d.colour, std::abs(double(a.at(x, y, c)) - b.at(x, y, c)));
+      d.samples = std::max(d.samples, std::abs(double(a.at(x, y, kSamples)) - b.at(x, y, kSamples)));
+      if (std::isfinite(a.at(x, y, kDepth)) && std::isfinite(b.at(x, y, kDepth))) {
+        d.depth = std::max(d.depth, std::abs(double(a.at(x, y, kDepth)) - b.at(x, y, kDepth)));
+      }
+    }
+  }
+  return d;
+}
+
+/// Same picture, bit for bit; the samples channel only where asked.
+void expect_same_bits(const image::Image& a, const image::Image& b, bool samples_too) {
+  ASSERT_EQ(a.pixels.size(), b.pixels.size());
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    if (i % a.channels.size() == kSamples && !samples_too) continue;
+    ASSERT_EQ(a.pixels[i], b.pixels[i])
+        << "value " << i % a.channels.size() << " of pixel " << i / a.channels.size();
+  }
+}
+
+/// The packet caster within its bound of the oracle, and the same samples where nothing is skipped.
+void expect_oracle(const volume::Volume& v, const Scene& scene, RenderOptions options, double largest = 1,
+                   const index::IndexVolume* index = nullptr) {
+  options.skip_empty = false;
+  const RenderResult plain = raycast_plain(v, scene, options, index);
+  const RenderResult packet = raycast_packet(v, scene, options, index);
+  double nodes = 0, coverage = 0;
+  for (int y = 0; y < options.height; ++y) {
+    for (int x = 0; x < options.width; ++x) {
+      nodes = std::max(nodes, double(plain.image.at(x, y, kSamples)));
+      coverage = std::max(coverage, double(plain.image.at(x, y, 0)));
+    }
+  }
+  ASSERT_GT(coverage, 0.01 * largest) << "an empty picture tests nothing";
+  const Difference d = difference(plain.image, packet.image);
+  EXPECT_LE(d.colour, packet_tolerance(nodes) * largest);
+  EXPECT_EQ(d.samples, 0);
+  // Depth: T moves by the tolerance where its slope along the ray may be a hundredth.
+  if (scene.model == Model::composite) {
+    EXPECT_LE(d.depth, 1e-3);
+  }
+  EXPECT_EQ(plain.counts.rays, packet.counts.rays);
+  EXPECT_EQ(plain.counts.samples, packet.counts.samples);
+  EXPECT_EQ(plain.counts.gradients, packet.counts.gradients);
+  EXPECT_EQ(plain.counts.terminated, packet.counts.terminated);
+}
+
+class PacketRule : public testing::TestWithParam<Quadrature> {};
+INSTANTIATE_TEST_SUITE_P(Rules, PacketRule, testing::Values(Quadrature::rectangle, Quadrature::trapezoid));
+
+TEST_P(PacketRule, AgreesWithTheOracleOnEveryVoxelType) {
+  const RenderOptions options = packet_options(GetParam());
+  expect_oracle(packet_volume<std::uint8_t>(255), packet_scene(255), options);
+  expect_oracle(packet_volume<std::uint16_t>(60000), packet_scene(60000), options);
+  expect_oracle(packet_volume<std::int16_t>(30000, {23, 18, 29}, -25000), packet_scene(30000, 0.5, -25000),
+                options);
+  expect_oracle(packet_volume<float>(1), packet_scene(1), options);
+  expect_oracle(packet_volume<double>(1e-3), packet_scene(1e-3), options);
+  expect_oracle(packet_volume<std::int8_t>(100, {23, 18, 29}, -50), packet_scene(100, 0.5, -50), options);
+}
+
+TEST_P(PacketRule, AgreesForSoftDenseAndOpaqueTransferFunctions) {
+  const auto v = packet_volume<std::uint8_t>(255);
+  const RenderOptions options = packet_options(GetParam());
+  expect_oracle(v, packet_soft_scene(255), options);
+  for (const double opacity : {0.97, 0.999999, 1.0}) {
+    SCOPED_TRACE(opacity);
+    expect_oracle(v, packet_scene(255, opacity), options);
+  }
+}
+
+TEST_P(PacketRule, AgreesForEarlyTermination) {
+  RenderOptions options = packet_options(GetParam());
+  options.termination = 0.1;
+  expect_oracle(packet_volume<std::uint8_t>(255), packet_scene(255, 0.7), options);
+}
+
+TEST_P(PacketRule, AgreesForNearestShadingAndPerspective) {
+  const auto v = packet_volume<std::uint16_t>(60000);
+  RenderOptions options = packet_options(GetParam());
+  Scene scene = packet_scene(60000);
+  scene.shading = Shading{};
+  expect_oracle(v, scene, options, 1.1);
+  scene.shading->light = Vec3(1, 2, -1);
+  scene.view.projection = camera::Projection::perspective;
+  expect_oracle(v, scene, options, 1.1);
+  scene.shading.reset();
+  options.reconstruction = Reconstruction::nearest;
+  expect_oracle(v, scene, options);
+}
+
+TEST_P(PacketRule, AgreesForXrayAndMip) {
+  const auto v = packet_volume<std::uint8_t>(255);
+  Scene scene = packet_scene(255);
+  scene.model = Model::xray;
+  expect_oracle(v, scene, packet_options(GetParam()), 255 * 20);  // a box some 20 long
+  scene.model = Model::mip;
+  expect_oracle(v, scene, packet_options(GetParam()), 255);
+}
+
+TEST_P(PacketRule, AgreesForFlatVolumesAndExtremeSteps) {
+  RenderOptions options = packet_options(GetParam());
+  for (const Dims& dims :
+       {Dims{1, 18, 29}, Dims{23, 1, 29}, Dims{23, 18, 1}, Dims{2, 2, 2}, Dims{1, 1, 29}}) {
+    SCOPED_TRACE(testing::PrintToString(dims));
+    Scene scene = packet_soft_scene(1);
+    scene.view.width = 8;
+    expect_oracle(packet_volume<float>(1, dims, 0.3), scene, options, 0.1);
+  }
+  for (const double step : {0.004, 3.7, 1e3, 1e30}) {
+    SCOPED_TRACE(step);
+    options.step = step;
+    expect_oracle(packet_volume<std::uint8_t>(200, {23, 18, 29}, 50), packet_soft_scene(255), options);
+  }
+}
+
+index::IndexVolume random_index(const Dims& dims, int reduction, double step, int levels) {
+  index::IndexVolume index(dims, reduction, step);
+  Rng rng(7);
+  for (std::int64_t k = 0; k < index.dims()[2]; ++k) {
+    for (std::int64_t j = 0; j < index.dims()[1]; ++j) {
+      for (std::int64_t i = 0; i < index.dims()[0]; ++i) {
+        index.set_entry(i, j, k, static_cast<int>(rng.below(static_cast<std::uint64_t>(levels))));
+      }
+    }
+  }
+  return index;
+}
+
+TEST_P(PacketRule, FollowsAnIndexAsTheOracleDoes) {
+  const auto v = packet_volume<std::uint8_t>(255);
+  RenderOptions options = packet_options(GetParam());
+  options.step = 0.061;
+  for (const int reduction : {1, 3, 4}) {
+    SCOPED_TRACE(reduction);
+    const auto index = random_index(v.geometry().dims, reduction, options.step, 5);
+    Scene scene = packet_scene(255);
+    expect_oracle(v, scene, options, 1, &index);
+    scene.model = Model::xray;
+    expect_oracle(v, scene, options, 255 * 20, &index);
+  }
+}
+
+TEST_P(PacketRule, AnIndexOfZerosIsTheUniformPictureBitForBit) {
+  const auto v = packet_volume<std::uint8_t>(255);
+  const RenderOptions options = packet_options(GetParam());
+  const index::IndexVolume zeros(v.geometry().dims, 1, options.step);
+  for (const Scene& scene : {packet_scene(255, 0.4), packet_soft_scene(255)}) {
+    for (const Model model : {Model::composite, Model::xray, Model::mip}) {
+      Scene s = scene;
+      s.model = model;
+      expect_same_bits(raycast_packet(v, s, options).image, raycast_packet(v, s, options, &zeros).image,
+                       false);
+    }
+  }
+}
+
+TEST_P(PacketRule, SkippingChangesNoBitAndSkips) {
+  const auto v = packet_volume<std::uint8_t>(255, {61, 47, 70});
+  RenderOptions options = packet_options(GetParam());
+  const auto index = random_index(v.geometry().dims, 1, options.step, 4);
+  for (const double opacity : {0.5, 1.0}) {
+    for (const index::IndexVolume* with : {static_cast<const index::IndexVolume*>(nullptr), &index}) {
+      Scene scene = packet_scene(255, opacity);
+      scene.shading = Shading{};
+      options.skip_empty = false;
+      const RenderResult all = raycast_packet(v, scene, options, with);
+      options.skip_empty = true;
+      const RenderResult skipping = raycast_packet(v, scene, options, with);
+      expect_same_bits(all.image, skipping.image, false);
+      EXPECT_LT(skipping.counts.samples, all.counts.samples / 2);
+      EXPECT_EQ(skipping.counts.gradients, all.counts.gradients);
+      if (opacity < 1) {
+        EXPECT_EQ(skipping.counts.samples + skipping.counts.skipped, all.counts.samples);
+      }
+    }
+  }
+}
+
+TEST_P(PacketRule, ThreadsChangeNothing) {
+  const auto v = packet_volume<std::uint8_t>(255);
+  RenderOptions options = packet_options(GetParam());
+  options.width = 97;
+  options.height = 70;
+  set_thread_count(1);
+  const RenderResult one = raycast_packet(v, packet_scene(255), options);
+  set_thread_count(0);
+  const RenderResult many = raycast_packet(v, packet_scene(255), options);
+  expect_same_bits(one.image, many.image, true);
+  EXPECT_EQ(one.counts.samples, many.counts.samples);
+  EXPECT_EQ(one.counts.skipped, many.counts.skipped);
+}
+
+TEST_P(PacketRule, InstructionSetsAgreeWithinTheBound) {
+  const auto v = packet_volume<std::uint8_t>(255);
+  const RenderOptions options = packet_options(GetParam());
+  Scene scene = packet_scene(255);
+  scene.shading = Shading{};
+  const RenderResult best = raycast_packet(v, scene, options);
+  const std::string best_set = packet_instruction_set();
+  for (const std::int64_t target : {HWY_AVX2, HWY_SSE4, HWY_SCALAR}) {
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().Update(target);
+    SCOPED_TRACE(packet_instruction_set());
+    const RenderResult other = raycast_packet(v, scene, options);
+    const Difference d = difference(best.image, other.image);
+    EXPECT_LE(d.colour, 1.1 * packet_tolerance(100));
+    EXPECT_EQ(d.samples, 0);
+    EXPECT_EQ(best.counts.skipped, other.counts.skipped);
+    hwy::SetSupportedTargetsForTest(0);
+    hwy::GetChosenTarget().DeInit();
+  }
+  EXPECT_EQ(best_set, packet_instruction_set());
+}
+
+TEST(Packet, PassesOnWhatItDoesNotCover) {
+  const auto v = packet_volume<std::uint8_t>(255);
+  RenderOptions options = packet_options(Quadrature::trapezoid);
+  options.reconstruction = Reconstruction::catmull_rom;
+  expect_same_bits(raycast_plain(v, packet_scene(255), options).image,
+                   raycast_packet(v, packet_scene(255), options).image, true);
+}
+
+TEST(Packet, RefusesNaNAndAForeignIndex) {
+  auto v = packet_volume<float>(1);
+  const index::IndexVolume foreign({3, 4, 5}, 1, 1);
+  EXPECT_THROW((void)raycast_packet(v, packet_scene(1), packet_options(), &foreign), Error);
+  std::get<volume::Grid<float>>(v.grid)(3, 4, 5) = std::nanf("");
+  EXPECT_THROW((void)raycast_packet(v, packet_scene(1), packet_options()), Error);
+}
+
+TEST(Macrocells, RangesAreThoseOfTheSamplesAroundTheirCells) {
+  const Dims dims{19, 8, 33};
+  const auto v = packet_volume<std::int16_t>(3000, dims, -700);
+  const auto& grid = std::get<volume::Grid<std::int16_t>>(v.grid);
+  const index::Macrocells cells = index::macrocells(v);
+  ASSERT_EQ(cells.dims, (Dims{3, 1, 4}));
+  for (std::int64_t c = 0; c < 4; ++c) {
+    for (std::int64_t a = 0; a < 3; ++a) {
+      float lo = 1e9F, hi = -1e9F;
+      for (std::int64_t k = 8 * c; k <= std::min<std::int64_t>(8 * c + 8, 32); ++k) {
+        for (std::int64_t j = 0; j < 8; ++j) {
+          for (std::int64_t i = 8 * a; i <= std::min<std::int64_t>(8 * a + 8, 18); ++i) {
+            lo = std::min(lo, float(grid(i, j, k)));
+            hi = std::max(hi, float(grid(i, j, k)));
+          }
+        }
+      }
+      EXPECT_EQ(cells(a, 0, c).min, lo);
+      EXPECT_EQ(cells(a, 0, c).max, hi);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace vol::render
