@@ -55,7 +55,9 @@ Statistics statistics(const Volume& volume) {
 
 std::vector<std::int64_t> histogram(const Volume& volume, const Range& range, int bins) {
   if (bins < 1) throw Error("a histogram of " + std::to_string(bins) + " bins, expected at least 1");
-  const double per_value = range.max > range.min ? bins / (range.max - range.min) : 0.0;
+  // Halved, so that no difference overflows; one product and one quotient, so that whole numbers on the edge
+  // of a bin are not rounded into the bin below.
+  const double width = 0.5 * range.max - 0.5 * range.min;
   using Counts = std::vector<std::int64_t>;
   Counts counts = visit(volume, [&](const auto& grid) {
     return parallel_reduce<Counts>(
@@ -64,9 +66,11 @@ std::vector<std::int64_t> histogram(const Volume& volume, const Range& range, in
           Counts part(static_cast<std::size_t>(bins));
           for (std::int64_t n = begin; n < end; ++n) {
             const auto value = static_cast<double>(grid.voxels[static_cast<std::size_t>(n)]);
-            const double bin =
-                std::clamp((value - range.min) * per_value, 0.0, static_cast<double>(bins - 1));
-            ++part[static_cast<std::size_t>(bin)];
+            const double from_min = 0.5 * value - 0.5 * range.min;
+            const double bin = width > 1e290 ? from_min / width * bins
+                               : width > 0   ? from_min * bins / width
+                                             : 0.0;
+            ++part[static_cast<std::size_t>(std::clamp(bin, 0.0, static_cast<double>(bins - 1)))];
           }
           return part;
         },
