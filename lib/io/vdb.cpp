@@ -10,11 +10,13 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <span>
 #include <streambuf>
 
 #include "base/checked.h"
 #include "base/error.h"
 #include "io/vdb_metadata.h"
+#include "io/vdb_structure.h"
 
 namespace vol::io {
 namespace {
@@ -25,9 +27,8 @@ using volume::Volume;
 using volume::VoxelType;
 
 constexpr std::string_view kMagic{"\x20\x42\x44\x56\0\0\0\0", 8};
-constexpr std::uint32_t kOldestVersion = 222;  // 2013; older layouts go through paths that nobody exercises
-constexpr std::size_t kIdAt = 21;              // magic 8, file version 4, library version 8, offsets flag 1
-constexpr std::size_t kIdSize = 36;            // a UUID as text
+constexpr std::size_t kIdAt = 21;    // magic 8, file version 4, library version 8, offsets flag 1
+constexpr std::size_t kIdSize = 36;  // a UUID as text
 constexpr std::int64_t kLargestCoordinate = std::numeric_limits<std::int32_t>::max();
 
 std::int64_t effective_limit(std::int64_t limit) {
@@ -109,40 +110,6 @@ auto guarded(const std::string& name, Work&& work) {
   }
 }
 
-struct Archive {
-  openvdb::GridPtrVec grids;
-  Metadata metadata;  // the string ones of the file
-};
-
-Archive read_archive(InputFile& file, std::int64_t limit) {
-  if (!is_vdb(file.peek(kMagic.size()))) throw Error("not an OpenVDB file");
-  std::vector<std::byte> bytes = file.read_rest(effective_limit(limit));
-  std::uint32_t version = 0;
-  if (bytes.size() < kIdAt + kIdSize) throw Error("OpenVDB data end early or are damaged");
-  std::memcpy(&version, bytes.data() + kMagic.size(), sizeof version);
-  if (version < kOldestVersion) {
-    throw Error("OpenVDB file version " + std::to_string(version) + " is too old, expected " +
-                std::to_string(kOldestVersion) + " or later");
-  }
-  initialize();
-  MemoryInput source(bytes);
-  std::istream in(&source);
-  in.exceptions(std::ios::failbit | std::ios::badbit |
-                std::ios::eofbit);  // OpenVDB itself reads on past the end
-  openvdb::io::Stream stream(in, false);
-  Archive archive;
-  if (const auto grids = stream.getGrids()) archive.grids = *grids;
-  if (const auto metadata = stream.getMetadata()) {
-    for (auto it = metadata->beginMeta(); it != metadata->endMeta(); ++it) {
-      if (it->second && it->second->typeName() == openvdb::StringMetadata::staticTypeName()) {
-        archive.metadata[it->first] = static_cast<const openvdb::StringMetadata&>(*it->second).value();
-      }
-    }
-  }
-  std::erase(archive.grids, nullptr);
-  return archive;
-}
-
 /// An id that follows from the content: two 64-bit FNV-1a hashes over words, in the layout of a UUID of
 /// version 8.
 std::string content_id(std::string_view bytes) {
@@ -166,6 +133,49 @@ std::string content_id(std::string_view bytes) {
     ++digit;
   }
   return id;
+}
+
+/// False where the id says that it was made by content_id() and it does not follow from the content: the file
+/// was damaged after it was written. Ids of other programs say nothing.
+bool is_intact(std::span<std::byte> bytes) {
+  auto* const id_at = reinterpret_cast<char*>(bytes.data()) + kIdAt;
+  const std::string id(id_at, kIdSize);
+  if (id[14] != '8' || id[19] != '9') return true;
+  std::fill_n(id_at, kIdSize, '0');
+  const bool intact = content_id({reinterpret_cast<const char*>(bytes.data()), bytes.size()}) == id;
+  std::copy(id.begin(), id.end(), id_at);
+  return intact;
+}
+
+struct Archive {
+  openvdb::GridPtrVec grids;
+  Metadata metadata;  // the string ones of the file
+};
+
+Archive read_archive(InputFile& file, std::int64_t limit) {
+  if (!is_vdb(file.peek(kMagic.size()))) throw Error("not an OpenVDB file");
+  std::vector<std::byte> bytes = file.read_rest(effective_limit(limit));
+  if (bytes.size() < kIdAt + kIdSize) throw Error("OpenVDB data end early or are damaged");
+  if (!is_intact(bytes))
+    throw Error("OpenVDB data end early or are damaged: their content does not match their id");
+  check_vdb_structure(bytes);
+  initialize();
+  MemoryInput source(bytes);
+  std::istream in(&source);
+  in.exceptions(std::ios::failbit | std::ios::badbit |
+                std::ios::eofbit);  // OpenVDB itself reads on past the end
+  openvdb::io::Stream stream(in, false);
+  Archive archive;
+  if (const auto grids = stream.getGrids()) archive.grids = *grids;
+  if (const auto metadata = stream.getMetadata()) {
+    for (auto it = metadata->beginMeta(); it != metadata->endMeta(); ++it) {
+      if (it->second && it->second->typeName() == openvdb::StringMetadata::staticTypeName()) {
+        archive.metadata[it->first] = static_cast<const openvdb::StringMetadata&>(*it->second).value();
+      }
+    }
+  }
+  std::erase(archive.grids, nullptr);
+  return archive;
 }
 
 void write_archive(const std::filesystem::path& path, const openvdb::GridPtrVec& grids,
