@@ -2,6 +2,7 @@
 //   vol-dwt head.nrrd -o head.vdb --wavelet coiflet-6 --levels 3 --keep-energy 0.999 --stats dwt.json
 //   vol-dwt head.vdb -o back.nrrd --inverse
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
@@ -108,7 +109,11 @@ void report(const wavelet::RejectionReport& r, const wavelet::PredictedError& er
   record.error("l2" + suffix, error.l2);
   record.error("rmse" + suffix, error.l2 / std::sqrt(static_cast<double>(voxels)));
   record.error("kind", std::string(wavelet::name(error.kind)));
-  record.say("kept " + std::to_string(r.kept) + " of " + std::to_string(r.total) + " coefficients");
+  char relative[64];
+  std::snprintf(relative, sizeof relative, "%.3g of the volume's l2 norm",
+                r.norm > 0 ? error.l2 / r.norm : 0.0);
+  record.say("kept " + std::to_string(r.kept) + " of " + std::to_string(r.total) +
+             " coefficients; L2 error (" + std::string(wavelet::name(error.kind)) + ") " + relative);
 }
 
 template <class T>
@@ -156,6 +161,9 @@ int synthesize(const Options& o, cli::Record& record) {
 
 int work(Options& o, cli::Record& record) {
   if (o.inverse) return synthesize(o, record);
+  if (!io::is_standard_stream(o.output) && o.output.extension() != ".vdb") {
+    throw Error(o.output.string() + ": coefficients go to .vdb files, or to - (standard output)");
+  }
   o.dwt.boundary = o.boundary == "periodic" ? wavelet::Boundary::periodic : wavelet::Boundary::symmetric;
   o.dwt.extension = o.extend == "replicate" ? wavelet::Extension::replicate
                     : o.extend == "mirror"  ? wavelet::Extension::mirror

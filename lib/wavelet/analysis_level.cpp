@@ -30,7 +30,10 @@ class Task {
         (width_ + 15) / 16 * 16 + 16;  // an odd number of cache lines: rows of a power of two share no set
     half_ = static_cast<std::int64_t>(x_.source.size()) / 2 + 1;
     plane_rows_ = 2 * (y_end - y_begin - 1) + y_.taps();
-    slot_size_ = (y_end - y_begin) * y_.bands() * pitch_;
+    // An odd number of cache lines apart, too: the planes of a long filter would meet in a few sets of the
+    // cache.
+    slot_size_ = (y_end - y_begin) * y_.bands() * pitch_ +
+                 ((y_end - y_begin) * y_.bands() * pitch_ / 16 % 2 == 0 ? 16 : 0);
     even_odd_.resize(static_cast<std::size_t>(2 * half_));
     raw_.resize(static_cast<std::size_t>(source.convert != nullptr ? source.dims[0] : 0));
     plane_.resize(static_cast<std::size_t>(plane_rows_ * pitch_));
@@ -172,7 +175,8 @@ void analyze_level(const RowSource<T>& source, const std::array<AnalysisAxis<T>,
   // ring of planes in the cache and leaves tasks for more threads.
   const std::int64_t row_bytes = x.outputs * x.bands() * y.bands() * static_cast<std::int64_t>(sizeof(T));
   const std::int64_t fitting = kScratchBytes / std::max<std::int64_t>(1, z.taps() * row_bytes);
-  const std::int64_t tile_y = std::clamp<std::int64_t>(fitting, std::max<std::int64_t>(16, y.taps()), 64);
+  const std::int64_t tile_y =
+      std::max(std::min<std::int64_t>(fitting, 64), std::max<std::int64_t>(16, y.taps()));
   const std::int64_t tile_z = std::max<std::int64_t>(32, 2 * z.taps());
   const std::int64_t tiles_y = (y.outputs + tile_y - 1) / tile_y;
   const std::int64_t tiles_z = (z.outputs + tile_z - 1) / tile_z;

@@ -3,12 +3,15 @@
 // This file is compiled once for each instruction set (google/highway).
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "wavelet/row_kernels.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>  // must come before highway.h
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
 namespace vol::wavelet::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+
+[[maybe_unused]] constexpr int kAhead = 8;  // rows that are fetched before they are needed
 
 /// kTaps > 0: number of taps known to the compiler. kVectors at a time hide the latency of the additions.
 template <int kTaps, int kVectors, bool kHigh, class T>
@@ -33,6 +36,12 @@ HWY_INLINE std::int64_t combine_blocks(const T* const* HWY_RESTRICT rows, const 
     for (int r = 1; r < n; ++r) {
       const V wa = hn::Set(d, a[r]), wb = hn::Set(d, kHigh ? b[r] : a[r]);
       const T* HWY_RESTRICT row = rows[r] + i;
+      if constexpr (kTaps ==
+                    0) {  // long filters: planes far apart, in no order that the hardware could guess
+        if (r + kAhead < n) {
+          for (int v = 0; v < kVectors; ++v) hwy::Prefetch(rows[r + kAhead] + i + v * lanes);
+        }
+      }
       for (int v = 0; v < kVectors; ++v) {
         const V x = hn::LoadU(d, row + v * lanes);
         sum_low[v] = hn::Add(sum_low[v], hn::Mul(wa, x));

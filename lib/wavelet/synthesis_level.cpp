@@ -173,7 +173,7 @@ void synthesize_level(const std::array<const T*, 8>& bands, const std::array<Syn
   const std::int64_t row_bytes =
       x.inputs * x.bands() * y.bands() * z.bands() * z.lags * static_cast<std::int64_t>(sizeof(T));
   const std::int64_t tile_y =
-      std::clamp<std::int64_t>(kScratchBytes / row_bytes, std::max<std::int64_t>(16, 2 * y.lags), 64);
+      std::max(std::min<std::int64_t>(kScratchBytes / row_bytes, 64), std::max<std::int64_t>(16, 2 * y.lags));
   const std::int64_t tiles_y = (y.pairs + tile_y - 1) / tile_y;
   const std::int64_t tiles_z = (z.pairs + 31) / 32;  // slabs share nothing but reads
   parallel_for(0, tiles_y * tiles_z, 1, [&](std::int64_t begin, std::int64_t end) {

@@ -97,7 +97,7 @@ void rejection(benchmark::State& state) {
 
 int main(int argc, char** argv) {
   for (const char* name : {"haar", "daubechies-4", "coiflet-6", "daubechies-20", "battle-lemarie"}) {
-    for (const auto& [label, run] : {std::pair{"analyze/", analysis}, std::pair{"synthesize/", synthesis}}) {
+    for (const auto& [label, run] : {std::pair{"analyze/", &analysis}, std::pair{"synthesize/", &synthesis}}) {
       benchmark::RegisterBenchmark((label + std::string(name)).c_str(), run, std::string(name))
           ->ArgNames({"n", "threads"})
           ->ArgsProduct({{256}, {1, 2}})

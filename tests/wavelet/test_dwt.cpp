@@ -21,6 +21,9 @@ using volume::VoxelType;
 struct Case {
   std::string wavelet;
   Boundary boundary;
+  friend void PrintTo(const Case& c, std::ostream* out) {
+    *out << c.wavelet << (c.boundary == Boundary::periodic ? " periodic" : " symmetric");
+  }
 };
 
 std::string label(const testing::TestParamInfo<Case>& info) {

@@ -83,14 +83,16 @@ std::pair<double, double> moment(const FilterBank& bank, const std::vector<doubl
 // The double taps are rounded by 1e-16 of the largest one each: 30 of them, hence 1e-15 of the terms'
 // scale 1.
 TEST_P(EveryWavelet, WaveletHasItsVanishingMomentsAndNoMore) {
-  if (!wavelet_.orthonormal) GTEST_SKIP() << "a cut filter has no vanishing moments";
   const double centre =
       static_cast<double>(wavelet_.bank.first) + static_cast<double>(wavelet_.bank.taps() - 1) / 2;
   for (int p = 0; p < wavelet_.vanishing_moments; ++p) {
-    EXPECT_LT(std::abs(moment(wavelet_.bank, wavelet_.bank.g, p, centre).first), 5e-15) << p;
+    // What a cut filter has lost of its moments is of the size of the taps left out, 2e-3.
+    EXPECT_LT(std::abs(moment(wavelet_.bank, wavelet_.bank.g, p, centre).first),
+              wavelet_.orthonormal ? 5e-15 : 5e-3)
+        << p;
   }
   const auto [next, magnitude] = moment(wavelet_.bank, wavelet_.bank.g, wavelet_.vanishing_moments, centre);
-  if (wavelet_.compact && wavelet_.vanishing_moments < 8) {
+  if (wavelet_.compact && wavelet_.orthonormal && wavelet_.vanishing_moments < 8) {
     EXPECT_GT(std::abs(next), 1e-3 * magnitude);
   }
 }
