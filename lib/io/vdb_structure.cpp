@@ -80,6 +80,15 @@ class Walker {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   }
 
+  /// The beginning of a name from the file, fit for one line.
+  static std::string shown(std::string_view name) {
+    std::string line(name.substr(0, 64));
+    for (char& c : line) {
+      if (c < ' ' || c > '~') c = '?';
+    }
+    return line;
+  }
+
   /// A map of names to values. `half`, if given, receives the flag of half precision, -1 where there is none.
   void metadata(int* half) {
     const auto count = number<std::uint32_t>();
@@ -108,8 +117,8 @@ class Walker {
     take(3 * 8);  // positions in a file that can seek
     const auto tree = kTrees.find(type);
     if (tree == kTrees.end() || (half_ && tree->second.half == 0)) {
-      throw Error("grid '" + name.substr(0, name.find('\x1e')) + "' is of the type " +
-                  std::string(type.substr(0, 64)) +
+      throw Error("grid '" + shown(std::string_view(name).substr(0, name.find('\x1e'))) +
+                  "' is of the type " + shown(type) +
                   ", expected float, double, int or vector values in a standard tree");
     }
     value_ = tree->second;
@@ -121,7 +130,7 @@ class Walker {
     const auto map = text(string());
     const auto size = kMaps.find(map);
     if (size == kMaps.end()) {
-      throw Error("transform " + std::string(map.substr(0, 64)) + " is not linear, or the data are damaged");
+      throw Error("transform " + shown(map) + " is not linear, or the data are damaged");
     }
     take(size->second);
     if (!instance) tree_nodes();
