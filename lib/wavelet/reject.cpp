@@ -82,7 +82,8 @@ class Rejecter {
           {significance_weight(rejection.significance, band.level, band.orientation, d.extended_dims)});
       if (rejection.region) masks_.push_back(region_mask(d, wavelet.bank, band, *rejection.region));
     }
-    const std::int64_t grain = std::max<std::int64_t>(std::int64_t{1} << 18, total_ / 64);
+    const std::int64_t grain =
+        std::max<std::int64_t>(std::int64_t{1} << 18, total_ / 16);  // a histogram each: keep them few
     for (std::size_t b = 0; b < d.subbands.size(); ++b) {
       const auto n = static_cast<std::int64_t>(d.subbands[b].coefficients.size());
       for (std::int64_t i = 0; i < n; i += grain) chunks_.push_back({b, i, std::min(n, i + grain)});
@@ -170,7 +171,7 @@ class Rejecter {
   Cut select(bool by_energy, double wanted) {
     std::uint64_t prefix = 0;
     for (int shift = 64 - kDigit; shift >= 0; shift -= kDigit) {
-      const Bins bins = histogram(prefix, shift);
+      const Bins bins = histogram(prefix, shift, by_energy);
       std::size_t digit = bins.count.size();
       bool found = false;
       while (!found && digit-- > 0) {
@@ -194,11 +195,11 @@ class Rejecter {
     return {prefix, ties};
   }
 
-  Bins histogram(std::uint64_t prefix, int shift) {
+  Bins histogram(std::uint64_t prefix, int shift, bool energies) {
     constexpr std::size_t digits = std::size_t{1} << kDigit;
     return over_chunks<Bins>(
         [&](const Chunk& chunk) {
-          Bins bins{std::vector<std::int64_t>(digits), std::vector<double>(digits)};
+          Bins bins{std::vector<std::int64_t>(digits), std::vector<double>(energies ? digits : 0)};
           for (std::int64_t i = chunk.begin; i < chunk.end; ++i) {
             const T c = at(chunk, i);
             const std::uint64_t key = rankings_[chunk.band].key(c);
@@ -206,17 +207,15 @@ class Rejecter {
               continue;
             const auto digit = static_cast<std::size_t>(key >> shift & (digits - 1));
             ++bins.count[digit];
-            bins.energy[digit] += scaled_energy(c);
+            if (energies) bins.energy[digit] += scaled_energy(c);
           }
           return bins;
         },
         [](Bins& all, const Bins& bins) {
-          all.count.resize(digits);
-          all.energy.resize(digits);
-          for (std::size_t i = 0; i < digits; ++i) {
-            all.count[i] += bins.count[i];
-            all.energy[i] += bins.energy[i];
-          }
+          all.count.resize(bins.count.size());
+          all.energy.resize(bins.energy.size());
+          for (std::size_t i = 0; i < bins.count.size(); ++i) all.count[i] += bins.count[i];
+          for (std::size_t i = 0; i < bins.energy.size(); ++i) all.energy[i] += bins.energy[i];
         });
   }
 
