@@ -60,27 +60,29 @@ void add_histogram(ordered_json& info, const volume::Volume& v, const volume::Ra
   info["histogram"] = {{"min", range.min}, {"max", range.max}, {"counts", volume::histogram(v, range, bins)}};
 }
 
-ordered_json describe(const volume::Volume& v, const Options& o) {
+/// An index volume is described by its entries; the bytes that pack them say nothing to a reader.
+ordered_json describe(const volume::Volume& file, const Options& o) {
+  const bool is_index = io::is_index(file);
+  const volume::Volume entries = is_index ? io::unpack_index(file) : volume::Volume{};
+  const volume::Volume& v = is_index ? entries : file;
   ordered_json info;
   add_geometry(info, v.geometry());
-  info["type"] = std::string(volume::name(v.voxel_type()));
+  info["type"] = is_index ? "4 bits" : std::string(volume::name(v.voxel_type()));
   info["voxel_bytes"] =
-      v.geometry().count() * static_cast<std::int64_t>(volume::size_in_bytes(v.voxel_type()));
+      file.geometry().count() * static_cast<std::int64_t>(volume::size_in_bytes(file.voxel_type()));
   const auto figures = volume::statistics(v);
   info["min"] = figures.range.min;
   info["max"] = figures.range.max;
   info["mean"] = figures.mean;
   info["standard_deviation"] = figures.standard_deviation;
   info["zeros"] = figures.zeros;
-  if (io::is_index(v)) {  // entries are what one wants to see, not the bytes that pack them
-    const auto entries = io::unpack_index(v);
-    info["index_entries"] = entries.geometry().dims;
-    add_histogram(info, entries, {0, 15}, 16);
+  if (is_index) {
+    add_histogram(info, v, {0, 16}, 16);  // a bin an entry's value
   } else if (o.bins > 0) {
     add_histogram(info, v, figures.range, o.bins);
   }
-  if (o.checksum) info["content_sha256"] = content_hash(v);
-  info["attributes"] = v.attributes;
+  if (o.checksum) info["content_sha256"] = content_hash(file);
+  info["attributes"] = file.attributes;
   return info;
 }
 
