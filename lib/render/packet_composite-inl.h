@@ -15,7 +15,7 @@ namespace vol::render::HWY_NAMESPACE {
 
 /// Nodes between two looks at the macrocells: lanes look where their node is a multiple of this. What a lane
 /// samples then depends on its own ray alone, not on its neighbours or the number of lanes.
-constexpr int kRun = 4;
+constexpr int kRun = 2;
 
 /// A packet on its way through the volume: one ray a lane, each at a node of its own.
 ///
@@ -261,9 +261,11 @@ class Composite {
 template <PacketVoxels kVoxels, bool kTrapezoid, int kChannels>
 HWY_INLINE I Composite<kVoxels, kTrapezoid, kChannels>::nodes_inside() const {
   const auto axis = [](I whole, I part, I step_whole, I step_part) HWY_ATTR {
-    const F at = hn::Add(to_float(hn::And(whole, constant_i(7))), fraction(part));
+    const F at =
+        hn::Add(to_float(hn::And(whole, constant_i(::vol::index::Macrocells::kEdge - 1))), fraction(part));
     const F step = hn::Add(to_float(step_whole), fraction(step_part));
-    const F room = hn::IfThenElse(hn::Gt(step, constant(0.0F)), hn::Sub(constant(8.0F), at), at);
+    const F room = hn::IfThenElse(hn::Gt(step, constant(0.0F)),
+                                  hn::Sub(constant(float(::vol::index::Macrocells::kEdge)), at), at);
     // 1e-4 voxel of margin covers the rounding of all this.
     return hn::Div(hn::Sub(room, constant(1e-4F)), hn::Max(hn::Abs(step), constant(1e-20F)));
   };

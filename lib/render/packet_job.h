@@ -2,6 +2,7 @@
 #include <cstdint>
 
 #include "base/buffer.h"
+#include "index/macrocells.h"
 #include "volume/voxel_type.h"
 
 namespace vol::render {

@@ -262,21 +262,22 @@ TEST(Macrocells, RangesAreThoseOfTheSamplesAroundTheirCells) {
   const auto v = packet_volume<std::int16_t>(3000, dims, -700);
   const auto& grid = std::get<volume::Grid<std::int16_t>>(v.grid);
   const index::Macrocells cells = index::macrocells(v);
-  ASSERT_EQ(cells.dims, (Dims{3, 1, 4}));
-  for (std::int64_t c = 0; c < 4; ++c) {
-    for (std::int64_t a = 0; a < 3; ++a) {
-      float lo = 1e9F, hi = -1e9F;
-      for (std::int64_t k = 8 * c; k <= std::min<std::int64_t>(8 * c + 8, 32); ++k) {
-        for (std::int64_t j = 0; j < 8; ++j) {
-          for (std::int64_t i = 8 * a; i <= std::min<std::int64_t>(8 * a + 8, 18); ++i) {
-            lo = std::min(lo, float(grid(i, j, k)));
-            hi = std::max(hi, float(grid(i, j, k)));
-          }
+  constexpr std::int64_t kEdge = index::Macrocells::kEdge;
+  ASSERT_EQ(cells.dims, (Dims{(18 + kEdge - 1) / kEdge, (7 + kEdge - 1) / kEdge, (32 + kEdge - 1) / kEdge}));
+  for (std::int64_t n = 0; n < cells.dims[0] * cells.dims[1] * cells.dims[2]; ++n) {
+    const std::int64_t a = n % cells.dims[0], b = n / cells.dims[0] % cells.dims[1],
+                       c = n / cells.dims[0] / cells.dims[1];
+    float lo = 1e9F, hi = -1e9F;
+    for (std::int64_t k = kEdge * c; k <= std::min<std::int64_t>(kEdge * c + kEdge, 32); ++k) {
+      for (std::int64_t j = kEdge * b; j <= std::min<std::int64_t>(kEdge * b + kEdge, 7); ++j) {
+        for (std::int64_t i = kEdge * a; i <= std::min<std::int64_t>(kEdge * a + kEdge, 18); ++i) {
+          lo = std::min(lo, float(grid(i, j, k)));
+          hi = std::max(hi, float(grid(i, j, k)));
         }
       }
-      EXPECT_EQ(cells(a, 0, c).min, lo);
-      EXPECT_EQ(cells(a, 0, c).max, hi);
     }
+    EXPECT_EQ(cells(a, b, c).min, lo);
+    EXPECT_EQ(cells(a, b, c).max, hi);
   }
 }
 
