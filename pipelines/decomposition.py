@@ -20,8 +20,9 @@ STEPS = ["the paper's uniform sampling", "skipping what is invisible", "second-o
 
 EXPLANATION = """\
 Each row is the cheapest setting of its kind at the error of the first row, against the truth; samples and milliseconds are
-interpolated on the front of cost over error between the two settings that bracket that error. `x` is the factor to the row
-above, `in all` to the first row. What is skipped is what the transfer function makes invisible (min-max macrocells), in every row
+interpolated on the front of cost over error between the two settings that bracket that error, each on a front of its own: the
+setting named last is the one with the fewest samples, and the fastest may be another. `x` is the factor to the row above, `in
+all` to the first row. What is skipped is what the transfer function makes invisible (min-max macrocells), in every row
 but the first. Uniform steps: {steps}. Index: of the classified field, rule `segment`, look-ahead; wavelet, standard
 distance and epsilon as in the last column. Times are medians of {repeat} renderings; the index is built beforehand, once a
 scene.
