@@ -12,6 +12,7 @@
 #include "render/packet_transfer.h"
 #include "render/picture.h"
 #include "render/shading.h"
+#include "render/visibility.h"
 #include "volume/grid_sampler.h"
 
 namespace vol::render {
@@ -96,22 +97,6 @@ void set_shading(const volume::GridGeometry& geometry, const Shading& shading, P
     const Vec3 light = shading.light->stableNormalized();
     for (int a = 0; a < 3; ++a) job.light[a] = static_cast<float>(light[a]);
   }
-}
-
-/// 1 where a macrocell's values are all invisible, even after the rounding of interpolation and table
-/// look-up.
-Buffer<std::uint8_t> invisible_macrocells(const index::Macrocells& cells,
-                                          const transfer::TransferFunction& transfer, bool& any) {
-  Buffer<std::uint8_t> flags(cells.ranges.size());
-  any = false;
-  for (std::size_t c = 0; c < flags.size(); ++c) {
-    const double lo = cells.ranges[c].min, hi = cells.ranges[c].max;
-    const double magnitude = lo < hi ? std::max(std::abs(lo), std::abs(hi)) : 0;
-    const double slack = 1e-6 * std::max(magnitude, hi - double(cells.all.min));
-    flags[c] = transfer.max_opacity(lo - slack, hi + slack) == 0;
-    any = any || flags[c];
-  }
-  return flags;
 }
 
 /// The index's nibbles with readable bytes behind them.
@@ -234,7 +219,7 @@ RenderResult raycast_packet(const volume::Volume& volume, const Scene& scene, co
   job.nearest = options.reconstruction == volume::Reconstruction::nearest;
   job.trapezoid = options.quadrature != Quadrature::rectangle;
   job.termination = static_cast<float>(options.termination);
-  Buffer<std::uint8_t> invisible;
+  Visibility visible;
   if (scene.model == Model::composite) {
     std::optional<index::Macrocells> own;
     if (!macrocells) macrocells = &own.emplace(index::macrocells(volume));
@@ -245,9 +230,8 @@ RenderResult raycast_packet(const volume::Volume& volume, const Scene& scene, co
       return raycast_plain(volume, scene, options, index);
     }
     if (scene.shading) set_shading(geometry, *scene.shading, job);
-    bool any = false;
-    if (options.skip_empty) invisible = invisible_macrocells(*macrocells, scene.transfer, any);
-    if (any) job.invisible = invisible.data();
+    if (options.skip_empty) visible = visibility(*macrocells, scene.transfer);
+    if (!visible.all_visible) job.distances = visible.distance.data();
     job.macro_stride[1] = static_cast<std::int32_t>(macrocells->dims[0]);
     job.macro_stride[2] = static_cast<std::int32_t>(macrocells->dims[0] * macrocells->dims[1]);
   }

@@ -52,9 +52,13 @@ class Composite {
     stops_ = job.termination > 0 || job.transfer.opaque || job.transfer.steepest * longest() < -20;
     // |y| of any segment at most 1: 2^y needs no range reduction.
     gentle_ = job.transfer.steepest * longest() >= -1;
-    if (job.invisible && kTrapezoid)
-      end_invisible_ = invisible_at(job, load(rays.exit_whole, rays.exit_part));
-    if (!(job.invisible && kTrapezoid)) end_invisible_ = hn::Lt(segments_, hn::Zero(d));
+    end_invisible_ = hn::Lt(segments_, hn::Zero(d));
+    if (job.distances) {
+      if (kTrapezoid) {
+        end_invisible_ = hn::Gt(visible_distance(job, load(rays.exit_whole, rays.exit_part)), hn::Zero(d));
+      }
+      prepare_leaps();
+    }
   }
 
   void cast(PacketPixels& pixels) {
@@ -62,7 +66,7 @@ class Composite {
     // anyway).
     const I limit = kTrapezoid || indexed_ ? segments_ : hn::Sub(segments_, constant_i(1));
     for (;;) {
-      if (job_.invisible && phase_ == 0) leap(limit);
+      if (job_.distances && phase_ == 0) leap(limit);
       const MI active = hn::And(alive_, hn::Lt(path_.node, limit));
       if (hn::AllFalse(DI(), active)) break;
       run(active, limit);
@@ -233,13 +237,14 @@ class Composite {
 
   /// Macrocells whose values are all invisible are left behind without sampling.
   HWY_INLINE void leap(I limit) {
-    MI able = hn::And(alive_, hn::Lt(path_.node, limit));
-    if (kTrapezoid) able = hn::And(able, hn::Or(fresh_, int_mask(hn::Eq(path_.left.y, hn::Zero(DF())))));
-    const MI here = hn::And(able, invisible_at(job_, path_.position));
-    if (!hn::AllFalse(DI(), here)) leap_on(here);
+    const MI able = hn::And(alive_, hn::Lt(path_.node, limit));
+    const I distance = hn::IfThenElseZero(able, visible_distance(job_, path_.position));
+    if (!hn::AllFalse(DI(), hn::Gt(distance, hn::Zero(DI())))) leap_on(distance);
   }
-  HWY_NOINLINE void leap_on(MI here);
-  HWY_INLINE I nodes_inside() const;
+  void prepare_leaps();
+  HWY_NOINLINE void leap_on(I distance);
+  HWY_NOINLINE void close_before_leap(MI here);
+  HWY_INLINE I nodes_inside(I distance) const;
   void finish();
   void store(PacketPixels& pixels) const;
 
@@ -251,71 +256,97 @@ class Composite {
   I segments_, samples_, skipped_, gradients_, depth_node_;
   F remainder_, left_length_, depth_part_;
   F ray_[3];
+  F forward_[3], origin_[3], steps_a_voxel_[3];  // of nodes_inside
   MI alive_, fresh_, end_invisible_, stopped_ = hn::Lt(hn::Zero(DI()), hn::Zero(DI()));
   M deep_;
   int phase_ = 0;  // of all active lanes: node mod kRun (an index: 0, every node looks)
   bool stops_, gentle_;
 };
 
-/// Nodes from here on, this one included, that surely lie in the macrocell of this one (at least 1).
 template <PacketVoxels kVoxels, bool kTrapezoid, int kChannels>
-HWY_INLINE I Composite<kVoxels, kTrapezoid, kChannels>::nodes_inside() const {
-  const auto axis = [](I whole, I part, I step_whole, I step_part) HWY_ATTR {
+void Composite<kVoxels, kTrapezoid, kChannels>::prepare_leaps() {
+  const I wholes[] = {step_.whole0, step_.whole1, step_.whole2};
+  const I parts[] = {step_.part0, step_.part1, step_.part2};
+  constexpr float kEdge = ::vol::index::Macrocells::kEdge;
+  for (int a = 0; a < 3; ++a) {
+    const F step = hn::Add(to_float(wholes[a]), fraction(parts[a]));
+    const M up = hn::Gt(step, constant(0.0F));
+    forward_[a] = hn::IfThenElse(up, constant(-1.0F), constant(1.0F));
+    origin_[a] = hn::IfThenElse(up, constant(0.0F), constant(-kEdge));
+    steps_a_voxel_[a] = hn::Div(constant(1.0F), hn::Max(hn::Abs(step), constant(1e-20F)));
+  }
+}
+
+/// Nodes from here on, this one included, that surely lie in the invisible macrocells around (at least 1).
+template <PacketVoxels kVoxels, bool kTrapezoid, int kChannels>
+HWY_INLINE I Composite<kVoxels, kTrapezoid, kChannels>::nodes_inside(I distance) const {
+  const F reach = to_float(hn::ShiftLeft<::vol::index::Macrocells::kEdgeLog2>(distance));
+  const auto axis = [&](int a, I whole, I part) HWY_ATTR {
     const F at =
         hn::Add(to_float(hn::And(whole, constant_i(::vol::index::Macrocells::kEdge - 1))), fraction(part));
-    const F step = hn::Add(to_float(step_whole), fraction(step_part));
-    const F room = hn::IfThenElse(hn::Gt(step, constant(0.0F)),
-                                  hn::Sub(constant(float(::vol::index::Macrocells::kEdge)), at), at);
-    // 1e-4 voxel of margin covers the rounding of all this.
-    return hn::Div(hn::Sub(room, constant(1e-4F)), hn::Max(hn::Abs(step), constant(1e-20F)));
+    const F room = hn::MulAdd(forward_[a], at, hn::Add(reach, origin_[a]));
+    // Margin for the rounding of all this: 1e-4 voxel and 1e-6 of the way.
+    return hn::Mul(hn::MulSub(room, constant(1 - 1e-6F), constant(1e-4F)), steps_a_voxel_[a]);
   };
-  const F nodes =
-      hn::Min(axis(path_.position.whole0, path_.position.part0, step_.whole0, step_.part0),
-              hn::Min(axis(path_.position.whole1, path_.position.part1, step_.whole1, step_.part1),
-                      axis(path_.position.whole2, path_.position.part2, step_.whole2, step_.part2)));
+  const F nodes = hn::Min(axis(0, path_.position.whole0, path_.position.part0),
+                          hn::Min(axis(1, path_.position.whole1, path_.position.part1),
+                                  axis(2, path_.position.whole2, path_.position.part2)));
   return hn::Add(truncated(hn::Min(hn::Max(nodes, constant(0.0F)), constant(30000.0F))), constant_i(1));
 }
 
+/// A node known to be invisible closes the segment of the visible one before it.
 template <PacketVoxels kVoxels, bool kTrapezoid, int kChannels>
-HWY_NOINLINE void Composite<kVoxels, kTrapezoid, kChannels>::leap_on(MI here) {
+HWY_NOINLINE void Composite<kVoxels, kTrapezoid, kChannels>::close_before_leap(MI here) {
+  const MI open = hn::AndNot(hn::Or(fresh_, int_mask(hn::Eq(path_.left.y, constant(0.0F)))), here);
+  if (hn::AllFalse(DI(), open)) return;
+  Lights<kChannels> nothing;
+  nothing.y = hn::Zero(DF());
+  for (int c = 0; c < kChannels; ++c) nothing.yq[c] = hn::Zero(DF());
+  Path closed = path_;
+  segment(closed, nothing, hn::IfThenElseZero(float_mask(open), indexed_ ? left_length_ : constant(1.0F)));
+  path_.transmittance = closed.transmittance;
+  for (int c = 0; c < kChannels; ++c) path_.sum[c] = closed.sum[c];
+  if (stops_) stop();
+}
+
+/// `distance` is 0 for lanes that stay.
+template <PacketVoxels kVoxels, bool kTrapezoid, int kChannels>
+HWY_NOINLINE void Composite<kVoxels, kTrapezoid, kChannels>::leap_on(I distance) {
   const DI d;
-  const I start = path_.node;
+  MI here = hn::Gt(distance, hn::Zero(d));
+  if (kTrapezoid) close_before_leap(here);
+  here = hn::And(here, alive_);
   const MI leaps = here;
   while (!hn::AllFalse(d, here)) {
-    const I nodes = hn::IfThenElseZero(here, indexed_ ? power_of_two(level_here()) : nodes_inside());
+    const I nodes = hn::IfThenElseZero(here, nodes_inside(distance));
     const I next = hn::Min(hn::Add(path_.node, nodes), segments_);
     const MI ends = hn::And(here, hn::Not(hn::Lt(next, segments_)));
-    skipped_ =
-        hn::Add(skipped_, indexed_ ? hn::IfThenElseZero(here, constant_i(1)) : hn::Sub(next, path_.node));
-    if (indexed_ && kTrapezoid) {
-      left_length_ =
-          hn::IfThenElse(float_mask(here), hn::Min(to_float(nodes), ahead(path_.node)), left_length_);
-    }
-    if (indexed_) path_.left_node = hn::IfThenElse(here, path_.node, path_.left_node);
+    skipped_ = hn::Add(skipped_, hn::Sub(next, path_.node));
     // A lane that reaches the end stays where it is: the last node has a place of its own.
     here = hn::AndNot(ends, here);
     advance(path_.position, scaled(step_, hn::IfThenElseZero(here, nodes)));
     path_.node = next;
     if (!kTrapezoid) alive_ = hn::AndNot(ends, alive_);
-    here = hn::And(here, invisible_at(job_, path_.position));
+    distance = visible_distance(job_, path_.position);
+    here = hn::And(here, hn::Gt(distance, hn::Zero(d)));
   }
+  const MI goes_on = hn::And(hn::And(leaps, alive_), hn::Lt(path_.node, segments_));
   if (!indexed_) {
-    const MI goes_on = hn::And(hn::And(leaps, alive_), hn::Lt(path_.node, segments_));
     const I back = hn::IfThenElseZero(goes_on, hn::And(path_.node, constant_i(kRun - 1)));
     retreat(path_.position, scaled(step_, back));
     path_.node = hn::Sub(path_.node, back);
     skipped_ = hn::Sub(skipped_, back);
   }
   if constexpr (kTrapezoid) {
-    const MI moved = hn::Gt(path_.node, start);
     // The node before is invisible: it counts without being sampled.
-    const M m = float_mask(moved);
-    if (!indexed_)
-      path_.left_node = hn::IfThenElse(moved, hn::Sub(path_.node, constant_i(1)), path_.left_node);
+    const M m = float_mask(leaps);
+    path_.left_node = hn::IfThenElse(leaps, hn::Sub(path_.node, constant_i(1)), path_.left_node);
     path_.left.y = hn::IfThenElse(m, constant(0.0F), path_.left.y);
     for (int c = 0; c < kChannels; ++c)
       path_.left.yq[c] = hn::IfThenElse(m, constant(0.0F), path_.left.yq[c]);
-    fresh_ = hn::AndNot(moved, fresh_);
+    left_length_ =
+        hn::IfThenElse(m, hn::IfThenElse(float_mask(goes_on), constant(1.0F), remainder_), left_length_);
+    fresh_ = hn::AndNot(leaps, fresh_);
   }
 }
 
@@ -327,8 +358,8 @@ void Composite<kVoxels, kTrapezoid, kChannels>::finish() {
     const MI needless = hn::And(end_invisible_, int_mask(hn::Eq(path_.left.y, hn::Zero(DF()))));
     skipped_ = hn::Add(skipped_, hn::IfThenElseZero(hn::And(active, needless), constant_i(1)));
     active = hn::AndNot(needless, active);
-  } else if (job_.invisible) {
-    const MI needless = hn::And(active, invisible_at(job_, path_.position));
+  } else if (job_.distances) {
+    const MI needless = hn::And(active, hn::Gt(visible_distance(job_, path_.position), hn::Zero(DI())));
     skipped_ = hn::Add(skipped_, hn::IfThenElseZero(needless, constant_i(1)));
     active = hn::AndNot(needless, active);
   }

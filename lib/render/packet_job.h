@@ -55,8 +55,8 @@ struct PacketJob {
   float ambient = 0, diffuse = 0, specular = 0, exponent = 0;
   bool headlight = true;
   float light[3]{};
-  // Skipping: by macrocell, 0 visible, else invisible. Null: nothing is.
-  const std::uint8_t* invisible = nullptr;
+  // Skipping: Visibility::distance by macrocell. Null: all are visible.
+  const std::uint8_t* distances = nullptr;
   std::int32_t macro_stride[3]{};
   // The index: nibbles, padded.
   const std::uint8_t* nibbles = nullptr;

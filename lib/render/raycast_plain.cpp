@@ -68,10 +68,12 @@ struct Context {
   RenderOptions options;
   RayBox box;
   const index::IndexVolume* index = nullptr;
-  std::optional<GridField> grid;  ///< keeps `field` alive
-  std::optional<BlockRanges> blocks;
-  std::optional<Optics> optics;
-  std::optional<BlinnPhong> shading;
+  std::optional<GridField> grid = {};                ///< keeps `field` alive
+  Dims dims{1, 1, 1};                                ///< of the grid
+  std::optional<index::Macrocells> macrocells = {};  ///< where empty space is skipped
+  std::optional<Visibility> visibility = {};
+  std::optional<Optics> optics = {};
+  std::optional<BlinnPhong> shading = {};
 };
 
 class CompositeRay {
@@ -84,7 +86,8 @@ class CompositeRay {
     double transmittance = 1;
     Visit left = visit(0);
     while (left.number < walk_.last() && !(transmittance <= context_.options.termination)) {
-      Visit right = visit(walk_.after(left.number));
+      const std::int64_t next = after_empty_space(left);
+      Visit right = visit(next > left.number ? next : walk_.after(left.number));
       const bool visible = prepare(left, right);
       const double t0 = walk_.t(left.number);
       const double h = walk_.t(right.number) - t0;
@@ -111,8 +114,8 @@ class CompositeRay {
  private:
   struct Visit {
     std::int64_t number;
-    const volume::Range* range;  ///< what values are possible here, where that is known
-    Node node{};                 ///< opacity 0 until sampled
+    bool invisible = false;  ///< by its macrocell
+    Node node{};             ///< opacity 0 until sampled
     bool sampled = false;
     bool lit = false;
   };
@@ -120,19 +123,44 @@ class CompositeRay {
   [[nodiscard]] Quadrature kind() const { return context_.options.quadrature; }
   [[nodiscard]] const transfer::TransferFunction& transfer() const { return context_.optics->transfer(); }
 
+  [[nodiscard]] std::size_t macrocell(std::int64_t number) const {
+    return context_.visibility->offset(walk_.coordinates(number), context_.dims);
+  }
   [[nodiscard]] Visit visit(std::int64_t number) const {
-    const auto& blocks = context_.blocks;
-    return {number, blocks ? &blocks->range(blocks->block_at(walk_.coordinates(number))) : nullptr};
+    return {number, context_.visibility && context_.visibility->distance[macrocell(number)] > 0};
+  }
+  /// Whether two macrocells, and all values between theirs, are invisible.
+  [[nodiscard]] bool invisible_between(std::int64_t node, std::int64_t next) const {
+    const index::Macrocells& cells = *context_.macrocells;
+    const volume::Range a = widened(cells.ranges[macrocell(node)], cells.all);
+    const volume::Range b = widened(cells.ranges[macrocell(next)], cells.all);
+    return transfer().max_opacity(std::min(a.min, b.min), std::max(a.max, b.max)) == 0;
+  }
+
+  /// With an index: a ray in an invisible macrocell follows no entries; it goes on from the last node before
+  /// the first that may be visible, which becomes `left`. Returns that visible node, or left.number if it
+  /// need not.
+  std::int64_t after_empty_space(Visit& left) {
+    if (!context_.index || !left.invisible) return left.number;
+    std::int64_t node = left.number;
+    while (node < walk_.last() && (kind() == Quadrature::preintegrated ? invisible_between(node, node + 1)
+                                                                       : visit(node + 1).invisible)) {
+      ++node;
+    }
+    if (node == left.number && kind() == Quadrature::preintegrated) return node;
+    node = std::min(node, walk_.last() - 1);
+    if (node > left.number) {
+      counts_.skipped += node - left.number;
+      left = visit(node);
+    }
+    return node + 1;
   }
 
   /// Samples what the segment's rule needs. What is surely transparent is left as it is, with opacity 0; for
   /// preintegrated that takes all values between the two nodes. False: nothing there.
   bool prepare(Visit& left, Visit& right) {
     if (kind() == Quadrature::preintegrated) {
-      if (left.range && transfer().max_opacity(std::min(left.range->min, right.range->min),
-                                               std::max(left.range->max, right.range->max)) == 0) {
-        return false;
-      }
+      if (left.invisible && right.invisible && invisible_between(left.number, right.number)) return false;
       sample(left);
       sample(right);
       if (transfer().max_opacity(std::min(left.node.value, right.node.value),
@@ -144,7 +172,7 @@ class CompositeRay {
     }
     for (Visit* end : {&left, &right}) {
       if (end == &right && kind() == Quadrature::rectangle) break;
-      if (!end->range || transfer().max_opacity(end->range->min, end->range->max) > 0) sample(*end);
+      if (!end->invisible) sample(*end);
       if (end->node.opacity > 0) light(*end);
     }
     return true;
@@ -252,7 +280,7 @@ RenderResult drawn(const volume::FieldBounds& bounds, const Scene& scene, const 
 
 RayCaster plain_caster(const FieldView& field, const Scene& scene, const RenderOptions& options,
                        const index::IndexVolume* index) {
-  return caster({field, options, RayBox(field.bounds), index, {}, {}, {}, {}}, scene, 0);
+  return caster({.field = field, .options = options, .box = RayBox(field.bounds), .index = index}, scene, 0);
 }
 
 RayCaster plain_caster(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
@@ -263,9 +291,15 @@ RayCaster plain_caster(const volume::Volume& volume, const Scene& scene, const R
     throw Error("index volume was built for other dims than the volume's");
   }
   const GridField field(volume, options.reconstruction);
-  Context context{field.view(), options, RayBox(field.view().bounds), index, field, {}, {}, {}};
+  Context context{.field = field.view(),
+                  .options = options,
+                  .box = RayBox(field.view().bounds),
+                  .index = index,
+                  .grid = field};
   if (options.skip_empty && scene.model == Model::composite) {
-    context.blocks.emplace(volume, options.reconstruction);
+    context.macrocells.emplace(index::macrocells(volume, options.reconstruction));
+    context.visibility.emplace(visibility(*context.macrocells, scene.transfer));
+    context.dims = geometry.dims;
   }
   return caster(std::move(context), scene, geometry.spacing.minCoeff());
 }

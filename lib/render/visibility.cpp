@@ -2,83 +2,136 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/parallel.h"
-#include "volume/b_spline.h"
-#include "volume/field_sampler.h"
 
 namespace vol::render {
+namespace {
 
-using volume::Reconstruction;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-BlockRanges::BlockRanges(const volume::Volume& volume, Reconstruction reconstruction) {
-  const Dims& dims = volume.geometry().dims;
-  for (int a = 0; a < 3; ++a) {
-    cells_[a] = std::max<std::int64_t>(1, dims[a] - 1);
-    blocks_[a] = (cells_[a] + kBlock - 1) / kBlock;
-  }
-  ranges_.resize(static_cast<std::size_t>(blocks_[0] * blocks_[1] * blocks_[2]));
-  const bool cubic =
-      reconstruction == Reconstruction::catmull_rom || reconstruction == Reconstruction::b_spline;
-  volume::visit(volume, [&](const auto& grid) {
-    if (reconstruction == Reconstruction::b_spline) {
-      gather(volume::Grid<double>{grid.geometry, volume::b_spline_coefficients(grid)}, 1);
-    } else {
-      gather(grid, cubic ? 1 : 0);
-    }
-  });
-  const double widening = reconstruction == Reconstruction::catmull_rom ? 1.25 * 1.25 * 1.25 : 1;
-  for (auto& range : ranges_) {
-    const double middle = 0.5 * range.min + 0.5 * range.max;
-    const double half = widening * (0.5 * range.max - 0.5 * range.min);
-    // A weighted mean of equal samples may round beyond them.
-    const double slack = 1e-14 * std::max(std::abs(range.min), std::abs(range.max));
-    range = {std::min(middle - half, range.min) - slack, std::max(middle + half, range.max) + slack};
-  }
+std::uint8_t one_more(std::uint8_t distance) {
+  return distance == 255 ? distance : static_cast<std::uint8_t>(distance + 1);
 }
 
-template <class T>
-void BlockRanges::gather(const volume::Grid<T>& grid, std::int64_t margin) {
-  const Dims& dims = grid.dims();
-  parallel_for(0, blocks_[2] * blocks_[1], 8, [&](std::int64_t first, std::int64_t end) {
-    for (std::int64_t row = first; row < end; ++row) {
-      const std::int64_t at[3] = {0, row % blocks_[1], row / blocks_[1]};
-      for (std::int64_t b = 0; b < blocks_[0]; ++b) {
-        std::int64_t lower[3], upper[3];  // samples, half open
-        for (int a = 0; a < 3; ++a) {
-          const std::int64_t cell = (a == 0 ? b : at[a]) * kBlock;
-          lower[a] = std::max<std::int64_t>(0, cell - margin);
-          upper[a] = std::min(dims[a], cell + kBlock + 1 + margin);
-          // The parabola that continues Catmull-Rom beyond the border reaches one sample further in.
-          if (margin > 0 && cell == 0) upper[a] = std::min(dims[a], std::max<std::int64_t>(upper[a], 3));
-          if (margin > 0 && upper[a] == dims[a]) {
-            lower[a] = std::max<std::int64_t>(0, std::min(lower[a], dims[a] - 3));
-          }
-        }
-        double lo = static_cast<double>(grid(lower[0], lower[1], lower[2]));
-        double hi = lo;
-        for (std::int64_t k = lower[2]; k < upper[2]; ++k) {
-          for (std::int64_t j = lower[1]; j < upper[1]; ++j) {
-            for (std::int64_t i = lower[0]; i < upper[0]; ++i) {
-              const auto v = static_cast<double>(grid(i, j, k));
-              lo = std::min(lo, v);
-              hi = std::max(hi, v);
-            }
-          }
-        }
-        ranges_[static_cast<std::size_t>(b + blocks_[0] * row)] = {lo, hi};
+/// Chebyshev distance: two sweeps in opposite order, each taking one more than the least of the 13 neighbours
+/// it has passed. Moves of one macrocell in any of the 26 directions cost 1, so the two sweeps are exact.
+class DistanceSweeps {
+ public:
+  explicit DistanceSweeps(Visibility& visibility)
+      : v_(visibility), least_(static_cast<std::size_t>(visibility.dims[0]) + 2) {}
+
+  void run() {
+    for (std::int64_t c = 0; c < v_.dims[2]; ++c) {
+      for (std::int64_t b = 0; b < v_.dims[1]; ++b) sweep_row(b, c, -1);
+    }
+    for (std::int64_t c = v_.dims[2] - 1; c >= 0; --c) {
+      for (std::int64_t b = v_.dims[1] - 1; b >= 0; --b) sweep_row(b, c, 1);
+    }
+  }
+
+ private:
+  std::uint8_t* row(std::int64_t b, std::int64_t c) {
+    return v_.distance.data() + v_.dims[0] * (b + v_.dims[1] * c);
+  }
+
+  /// `side`: where the rows that were swept before lie.
+  void sweep_row(std::int64_t b, std::int64_t c, int side) {
+    const std::int64_t n = v_.dims[0];
+    std::fill(least_.begin(), least_.end(), std::uint8_t{255});
+    const auto take = [&](std::int64_t rb, std::int64_t rc) {
+      if (rb < 0 || rb >= v_.dims[1] || rc < 0 || rc >= v_.dims[2]) return;
+      const std::uint8_t* other = row(rb, rc);
+      for (std::int64_t a = 0; a < n; ++a) {
+        auto& least = least_[static_cast<std::size_t>(a) + 1];
+        least = std::min(least, other[a]);
       }
+    };
+    take(b + side, c);
+    for (int db = -1; db <= 1; ++db) take(b + db, c + side);
+    std::uint8_t* here = row(b, c);
+    for (std::int64_t a = 0; a < n; ++a) {
+      const std::uint8_t* at = least_.data() + a;
+      here[a] = std::min(here[a], one_more(std::min({at[0], at[1], at[2]})));
     }
-  });
+    const std::int64_t first = side < 0 ? 0 : n - 1;
+    for (std::int64_t m = 1; m < n; ++m) {
+      const std::int64_t a = first - side * m;
+      here[a] = std::min(here[a], one_more(here[a + side]));
+    }
+  }
+
+  Visibility& v_;
+  std::vector<std::uint8_t> least_;
+};
+
+}  // namespace
+
+std::size_t Visibility::offset(const Vec3& u, const Dims& samples) const {
+  std::int64_t at[3];
+  for (int a = 0; a < 3; ++a) {
+    const std::int64_t cells = std::max<std::int64_t>(1, samples[a] - 1);
+    const double cell = u[a] * static_cast<double>(cells);
+    at[a] = !(cell > 0)
+                ? 0
+                : std::min(static_cast<std::int64_t>(cell), cells - 1) >> index::Macrocells::kEdgeLog2;
+  }
+  return static_cast<std::size_t>(at[0] + dims[0] * (at[1] + dims[1] * at[2]));
 }
 
-std::size_t BlockRanges::block_at(const Vec3& u) const {
-  std::int64_t b[3];
-  for (int a = 0; a < 3; ++a) {
-    const double cell = u[a] * static_cast<double>(cells_[a]);
-    b[a] = !(cell > 0) ? 0 : std::min(static_cast<std::int64_t>(cell), cells_[a] - 1) / kBlock;
+std::vector<volume::Range> invisible_values(const transfer::TransferFunction& transfer) {
+  const auto& points = transfer.opacities();
+  std::vector<volume::Range> found;
+  for (std::size_t i = 0; i < points.size();) {
+    if (points[i].opacity > 0) {
+      ++i;
+      continue;
+    }
+    std::size_t last = i;
+    while (last + 1 < points.size() && points[last + 1].opacity == 0) ++last;
+    volume::Range range{points[i].value, points[last].value};
+    // At a jump the value itself may take the other side.
+    if (i == 0) {
+      range.min = -kInfinity;
+    } else if (points[i - 1].value == range.min) {
+      range.min = std::nextafter(range.min, kInfinity);
+    }
+    if (last + 1 == points.size()) {
+      range.max = kInfinity;
+    } else if (points[last + 1].value == range.max) {
+      range.max = std::nextafter(range.max, -kInfinity);
+    }
+    if (range.min <= range.max) found.push_back(range);
+    i = last + 1;
   }
-  return static_cast<std::size_t>(b[0] + blocks_[0] * (b[1] + blocks_[1] * b[2]));
+  return found;
+}
+
+volume::Range widened(const index::Macrocells::Range& range, const index::Macrocells::Range& all) {
+  const double lo = range.min, hi = range.max;
+  const double magnitude = lo < hi ? std::max(std::abs(lo), std::abs(hi)) : 0;
+  const double slack = 1e-6 * std::max(magnitude, hi - double(all.min));
+  return {lo - slack, hi + slack};
+}
+
+Visibility visibility(const index::Macrocells& cells, const transfer::TransferFunction& transfer) {
+  Visibility result;
+  result.dims = cells.dims;
+  result.distance = Buffer<std::uint8_t>(cells.ranges.size());
+  const std::vector<volume::Range> invisible = invisible_values(transfer);
+  bool any = false;
+  for (std::size_t c = 0; c < cells.ranges.size(); ++c) {
+    const volume::Range range = widened(cells.ranges[c], cells.all);
+    const bool hidden = std::any_of(invisible.begin(), invisible.end(), [&](const volume::Range& zero) {
+      return zero.min <= range.min && range.max <= zero.max;
+    });
+    result.distance[c] = hidden ? 255 : 0;
+    any = any || hidden;
+  }
+  result.all_visible = !any;
+  if (any) DistanceSweeps(result).run();
+  return result;
 }
 
 }  // namespace vol::render

@@ -2,33 +2,37 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/buffer.h"
+#include "index/macrocells.h"
 #include "transfer/transfer_function.h"
-#include "volume/field_sampler.h"
-#include "volume/volume.h"
 
 namespace vol::render {
 
-/// What values the field takes in blocks of the grid's cells, by the samples under the reconstruction kernel:
-/// the convex hull of the samples for nearest, trilinear and B-spline (its coefficients); for Catmull-Rom,
-/// whose weights sum to at most 1.25 in magnitude per axis, the hull widened about its middle by 1.25^3.
-class BlockRanges {
- public:
-  static constexpr std::int64_t kBlock = 4;  ///< cells an edge
+/// How far it is from each macrocell to one that the transfer function may make visible.
+///
+/// distance 0: visible; D > 0: every macrocell less than D away (largest of the three differences of index,
+/// Chebyshev) is invisible, so that a ray may leave all (2 D - 1)^3 of them behind at once (Zuiderveld et al.
+/// 1992). At most 255, which stands for any larger distance too.
+struct Visibility {
+  Dims dims{0, 0, 0};
+  Buffer<std::uint8_t> distance;
+  bool all_visible = true;
 
-  BlockRanges(const volume::Volume& volume, volume::Reconstruction reconstruction);
-
-  /// Number of the block of a point, box coordinates u in [0,1]^3 (clamped).
-  [[nodiscard]] std::size_t block_at(const Vec3& u) const;
-  [[nodiscard]] const volume::Range& range(std::size_t block) const { return ranges_[block]; }
-  [[nodiscard]] std::size_t size() const { return ranges_.size(); }
-
- private:
-  template <class T>
-  void gather(const volume::Grid<T>& grid, std::int64_t margin);
-
-  Dims cells_{1, 1, 1};
-  Dims blocks_{1, 1, 1};
-  std::vector<volume::Range> ranges_;
+  /// Of the macrocell of a point, box coordinates u in [0,1]^3 (clamped) of a field of `dims` samples.
+  [[nodiscard]] std::size_t offset(const Vec3& u, const Dims& samples) const;
 };
+
+/// An invisible macrocell is one whose range, widened by the rounding of single-precision reconstruction,
+/// lies where opacity is 0.
+[[nodiscard]] Visibility visibility(const index::Macrocells& cells,
+                                    const transfer::TransferFunction& transfer);
+
+/// The closed intervals of values where opacity is 0, in order; the outermost may be unbounded.
+[[nodiscard]] std::vector<volume::Range> invisible_values(const transfer::TransferFunction& transfer);
+
+/// The grid's range around a macrocell as visibility() takes it: widened by 1e-6 of what rounding scales
+/// with.
+[[nodiscard]] volume::Range widened(const index::Macrocells::Range& range,
+                                    const index::Macrocells::Range& all);
 
 }  // namespace vol::render
