@@ -20,14 +20,16 @@ namespace {
 
 using volume::VoxelType;
 
+constexpr float kMostPieces = 64;
+constexpr double kTouching = index::Macrocells::kEdge;
+
 bool is_native(VoxelType type) {
   return type == VoxelType::u8 || type == VoxelType::u16 || type == VoxelType::i16 || type == VoxelType::f32;
 }
 
-bool is_covered(const volume::Volume& volume, const Scene& scene, const RenderOptions& options) {
+bool is_covered(const volume::Volume& volume, const RenderOptions& options) {
   using volume::Reconstruction;
   if (options.quadrature == Quadrature::reference) return false;
-  if (options.quadrature == Quadrature::preintegrated && scene.model == Model::composite) return false;
   if (options.reconstruction != Reconstruction::nearest &&
       options.reconstruction != Reconstruction::trilinear) {
     return false;
@@ -202,7 +204,7 @@ RenderCounts cast_tiles(const Picture& picture) {
 RenderResult raycast_packet(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
                             const index::IndexVolume* index, const index::Macrocells* macrocells) {
   require_valid(options);
-  if (!is_covered(volume, scene, options)) return raycast_plain(volume, scene, options, index);
+  if (!is_covered(volume, options)) return raycast_plain(volume, scene, options, index);
   if (!is_native(volume.voxel_type())) {
     (void)volume::value_range(volume);
     return raycast_packet({volume::converted<float>(volume), {}}, scene, options, index, macrocells);
@@ -217,8 +219,12 @@ RenderResult raycast_packet(const volume::Volume& volume, const Scene& scene, co
   PacketJob job;
   set_volume(volume, job);
   job.nearest = options.reconstruction == volume::Reconstruction::nearest;
-  job.trapezoid = options.quadrature != Quadrature::rectangle;
+  job.rule = options.quadrature == Quadrature::rectangle   ? PacketRule::rectangle
+             : options.quadrature == Quadrature::trapezoid ? PacketRule::trapezoid
+                                                           : PacketRule::preintegrated;
   job.termination = static_cast<float>(options.termination);
+  Buffer<std::uint8_t> nibbles;
+  if (index) nibbles = set_index(*index, job);
   Visibility visible;
   if (scene.model == Model::composite) {
     std::optional<index::Macrocells> own;
@@ -226,17 +232,22 @@ RenderResult raycast_packet(const volume::Volume& volume, const Scene& scene, co
     const double reference_length = resolved_reference_length(scene, geometry.spacing.minCoeff());
     const bool integral = job.type != PacketVoxels::f32;
     if (!tabulate(Optics(scene.transfer, reference_length), macrocells->all, integral,
-                  options.step / reference_length, job.trapezoid, job.transfer)) {
+                  options.step / reference_length, job.rule, job.transfer)) {
+      return raycast_plain(volume, scene, options, index);
+    }
+    // A segment's pieces have an optical depth of at most log 2 each.
+    if (job.rule == PacketRule::preintegrated && job.transfer.steepest * job.longest_hop < -kMostPieces) {
       return raycast_plain(volume, scene, options, index);
     }
     if (scene.shading) set_shading(geometry, *scene.shading, job);
-    if (options.skip_empty) visible = visibility(*macrocells, scene.transfer);
+    // Preintegrated segments are left out between macrocells that touch: no step may pass over one.
+    const bool touching =
+        job.rule != PacketRule::preintegrated || options.step <= kTouching * geometry.spacing.minCoeff();
+    if (options.skip_empty && touching) visible = visibility(*macrocells, scene.transfer);
     if (!visible.all_visible) job.distances = visible.distance.data();
     job.macro_stride[1] = static_cast<std::int32_t>(macrocells->dims[0]);
     job.macro_stride[2] = static_cast<std::int32_t>(macrocells->dims[0] * macrocells->dims[1]);
   }
-  Buffer<std::uint8_t> nibbles;
-  if (index) nibbles = set_index(*index, job);
 
   const volume::FieldBounds bounds = volume::field_bounds(geometry);
   const RayBox box(bounds);

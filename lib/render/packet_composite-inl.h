@@ -9,6 +9,7 @@
 #include <algorithm>
 
 #include "render/packet_optics-inl.h"
+#include "render/packet_path-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vol::render::HWY_NAMESPACE {
@@ -35,10 +36,8 @@ class Composite {
     path_.position = load(rays.entry_whole, rays.entry_part);
     step_ = load(rays.step_whole, rays.step_part);
     path_.node = path_.left_node = samples_ = skipped_ = gradients_ = hn::Zero(d);
-    depth_node_ = constant_i(-1);
-    depth_part_ = hn::Zero(DF());
     alive_ = hn::Gt(segments_, hn::Zero(d));
-    deep_ = hn::Not(float_mask(alive_));
+    halfway_.begin(alive_);
     fresh_ = alive_;
     path_.transmittance = constant(1.0F);
     left_length_ = hn::Zero(DF());
@@ -57,7 +56,7 @@ class Composite {
       if (kTrapezoid) {
         end_invisible_ = hn::Gt(visible_distance(job, load(rays.exit_whole, rays.exit_part)), hn::Zero(d));
       }
-      prepare_leaps();
+      leaps_.prepare(step_);
     }
   }
 
@@ -78,10 +77,7 @@ class Composite {
  private:
   [[nodiscard]] float longest() const { return job_.longest_hop; }
 
-  /// Length, in steps, from a node to the ray's end.
-  HWY_INLINE F ahead(I node) const {
-    return hn::Add(to_float(hn::Sub(hn::Sub(segments_, constant_i(1)), node)), remainder_);
-  }
+  HWY_INLINE F ahead(I node) const { return length_ahead(node, segments_, remainder_); }
 
   HWY_INLINE Lights<kChannels> sample(const Position& p) const {
     Sampler<kVoxels> sampler;
@@ -117,22 +113,9 @@ class Composite {
     }
     const F weight = hn::Mul(path.transmittance, share);
     const F behind = hn::NegMulAdd(path.transmittance, alpha, path.transmittance);
-    const M halfway = hn::AndNot(deep_, hn::Le(behind, constant(0.5F)));
-    if (HWY_UNLIKELY(!hn::AllFalse(DF(), halfway))) {
-      mark_depth(halfway, kTrapezoid ? path.left_node : path.node, path.transmittance, depth, length);
-    }
+    halfway_.pass(kTrapezoid ? path.left_node : path.node, path.transmittance, behind, depth, length);
     for (int c = 0; c < kChannels; ++c) path.sum[c] = hn::MulAdd(weight, sum_yq[c], path.sum[c]);
     path.transmittance = behind;
-  }
-
-  /// T falls to 1/2 where log2 T = -1: a share (log2 T_before + 1) / -y of the segment behind its left node.
-  HWY_NOINLINE void mark_depth(M halfway, I opened_by, F transmittance, F y, F length) {
-    const F share =
-        hn::Div(hn::Add(log2_positive(transmittance), constant(1.0F)), hn::Min(y, constant(-1e-30F)));
-    const F inside = hn::Min(hn::Max(hn::Neg(share), constant(0.0F)), constant(1.0F));
-    depth_node_ = hn::IfThenElse(int_mask(halfway), opened_by, depth_node_);
-    depth_part_ = hn::IfThenElse(halfway, hn::Mul(inside, length), depth_part_);
-    deep_ = hn::Or(deep_, halfway);
   }
 
   /// One segment: from the left node to `node` (trapezoid), or opened by `node` (rectangle).
@@ -241,10 +224,8 @@ class Composite {
     const I distance = hn::IfThenElseZero(able, visible_distance(job_, path_.position));
     if (!hn::AllFalse(DI(), hn::Gt(distance, hn::Zero(DI())))) leap_on(distance);
   }
-  void prepare_leaps();
   HWY_NOINLINE void leap_on(I distance);
   HWY_NOINLINE void close_before_leap(MI here);
-  HWY_INLINE I nodes_inside(I distance) const;
   void finish();
   void store(PacketPixels& pixels) const;
 
@@ -253,46 +234,15 @@ class Composite {
   const bool indexed_;
   Path path_;
   Position step_;
-  I segments_, samples_, skipped_, gradients_, depth_node_;
-  F remainder_, left_length_, depth_part_;
+  Leaps leaps_;
+  Halfway halfway_;
+  I segments_, samples_, skipped_, gradients_;
+  F remainder_, left_length_;
   F ray_[3];
-  F forward_[3], origin_[3], steps_a_voxel_[3];  // of nodes_inside
   MI alive_, fresh_, end_invisible_, stopped_ = hn::Lt(hn::Zero(DI()), hn::Zero(DI()));
-  M deep_;
   int phase_ = 0;  // of all active lanes: node mod kRun (an index: 0, every node looks)
   bool stops_, gentle_;
 };
-
-template <PacketVoxels kVoxels, bool kTrapezoid, int kChannels>
-void Composite<kVoxels, kTrapezoid, kChannels>::prepare_leaps() {
-  const I wholes[] = {step_.whole0, step_.whole1, step_.whole2};
-  const I parts[] = {step_.part0, step_.part1, step_.part2};
-  constexpr float kEdge = ::vol::index::Macrocells::kEdge;
-  for (int a = 0; a < 3; ++a) {
-    const F step = hn::Add(to_float(wholes[a]), fraction(parts[a]));
-    const M up = hn::Gt(step, constant(0.0F));
-    forward_[a] = hn::IfThenElse(up, constant(-1.0F), constant(1.0F));
-    origin_[a] = hn::IfThenElse(up, constant(0.0F), constant(-kEdge));
-    steps_a_voxel_[a] = hn::Div(constant(1.0F), hn::Max(hn::Abs(step), constant(1e-20F)));
-  }
-}
-
-/// Nodes from here on, this one included, that surely lie in the invisible macrocells around (at least 1).
-template <PacketVoxels kVoxels, bool kTrapezoid, int kChannels>
-HWY_INLINE I Composite<kVoxels, kTrapezoid, kChannels>::nodes_inside(I distance) const {
-  const F reach = to_float(hn::ShiftLeft<::vol::index::Macrocells::kEdgeLog2>(distance));
-  const auto axis = [&](int a, I whole, I part) HWY_ATTR {
-    const F at =
-        hn::Add(to_float(hn::And(whole, constant_i(::vol::index::Macrocells::kEdge - 1))), fraction(part));
-    const F room = hn::MulAdd(forward_[a], at, hn::Add(reach, origin_[a]));
-    // Margin for the rounding of all this: 1e-4 voxel and 1e-6 of the way.
-    return hn::Mul(hn::MulSub(room, constant(1 - 1e-6F), constant(1e-4F)), steps_a_voxel_[a]);
-  };
-  const F nodes = hn::Min(axis(0, path_.position.whole0, path_.position.part0),
-                          hn::Min(axis(1, path_.position.whole1, path_.position.part1),
-                                  axis(2, path_.position.whole2, path_.position.part2)));
-  return hn::Add(truncated(hn::Min(hn::Max(nodes, constant(0.0F)), constant(30000.0F))), constant_i(1));
-}
 
 /// A node known to be invisible closes the segment of the visible one before it.
 template <PacketVoxels kVoxels, bool kTrapezoid, int kChannels>
@@ -318,7 +268,7 @@ HWY_NOINLINE void Composite<kVoxels, kTrapezoid, kChannels>::leap_on(I distance)
   here = hn::And(here, alive_);
   const MI leaps = here;
   while (!hn::AllFalse(d, here)) {
-    const I nodes = hn::IfThenElseZero(here, nodes_inside(distance));
+    const I nodes = hn::IfThenElseZero(here, leaps_.nodes_inside(path_.position, distance));
     const I next = hn::Min(hn::Add(path_.node, nodes), segments_);
     const MI ends = hn::And(here, hn::Not(hn::Lt(next, segments_)));
     skipped_ = hn::Add(skipped_, hn::Sub(next, path_.node));
@@ -375,18 +325,9 @@ void Composite<kVoxels, kTrapezoid, kChannels>::finish() {
 
 template <PacketVoxels kVoxels, bool kTrapezoid, int kChannels>
 void Composite<kVoxels, kTrapezoid, kChannels>::store(PacketPixels& pixels) const {
-  const DF df;
   const DI d;
-  const F alpha = hn::Sub(constant(1.0F), path_.transmittance);
-  for (int c = 0; c < 3; ++c) {
-    const F colour = kChannels == 1 ? hn::MulAdd(constant(job_.transfer.colour1[c]), path_.sum[0],
-                                                 hn::Mul(constant(job_.transfer.colour0[c]), alpha))
-                                    : path_.sum[kChannels == 1 ? 0 : c];
-    hn::Store(colour, df, pixels.colour[c]);
-  }
-  hn::Store(alpha, df, pixels.alpha);
-  hn::Store(depth_node_, d, pixels.depth_node);
-  hn::Store(depth_part_, df, pixels.depth_part);
+  store_colour<kChannels>(job_.transfer, path_.sum, path_.transmittance, pixels);
+  halfway_.store(pixels);
   hn::Store(samples_, d, pixels.samples);
   hn::Store(skipped_, d, pixels.skipped);
   hn::Store(gradients_, d, pixels.gradients);

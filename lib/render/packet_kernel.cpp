@@ -10,6 +10,7 @@
 #include <hwy/highway.h>
 
 #include "render/packet_composite-inl.h"
+#include "render/packet_preintegrated-inl.h"
 #include "render/packet_project-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -32,9 +33,24 @@ void composite_channels(const PacketJob& job, const PacketRays& rays, PacketPixe
 }
 
 template <PacketVoxels kVoxels>
+void preintegrated_channels(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
+  if (job.transfer.affine && !job.shaded) {
+    Preintegrated<kVoxels, 1>(job, rays).cast(pixels);
+  } else {
+    Preintegrated<kVoxels, 3>(job, rays).cast(pixels);
+  }
+}
+
+template <PacketVoxels kVoxels>
 void composite_voxels(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
-  job.trapezoid ? composite_channels<kVoxels, true>(job, rays, pixels)
-                : composite_channels<kVoxels, false>(job, rays, pixels);
+  switch (job.rule) {
+    case PacketRule::rectangle:
+      return composite_channels<kVoxels, false>(job, rays, pixels);
+    case PacketRule::trapezoid:
+      return composite_channels<kVoxels, true>(job, rays, pixels);
+    case PacketRule::preintegrated:
+      return preintegrated_channels<kVoxels>(job, rays, pixels);
+  }
 }
 
 void composite(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
@@ -50,7 +66,8 @@ void composite(const PacketJob& job, const PacketRays& rays, PacketPixels& pixel
 
 template <PacketVoxels kVoxels>
 void xray_voxels(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
-  job.trapezoid ? xray<kVoxels, true>(job, rays, pixels) : xray<kVoxels, false>(job, rays, pixels);
+  job.rule == PacketRule::rectangle ? xray<kVoxels, false>(job, rays, pixels)
+                                    : xray<kVoxels, true>(job, rays, pixels);
 }
 
 void xray_any(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {

@@ -65,12 +65,16 @@ HWY_INLINE F on_line(const float* table, I line, int first, F w) {
   return hn::MulAdd(slope, w, a);
 }
 
-template <int kChannels, class S>
-HWY_INLINE Lights<kChannels> lights(const PacketJob& job, F value, const S& sampler, const F* ray) {
-  const PacketTransfer& t = job.transfer;
-  Lights<kChannels> node;
-  F u = hn::Mul(hn::Sub(value, constant(t.lo)), constant(t.scale));
-  u = hn::Min(hn::Max(u, constant(0.0F)), constant(t.last));
+/// Bucket coordinate of a value.
+HWY_INLINE F table_coordinate(const PacketTransfer& t, F value) {
+  const F u = hn::Mul(hn::Sub(value, constant(t.lo)), constant(t.scale));
+  return hn::Min(hn::Max(u, constant(0.0F)), constant(t.last));
+}
+
+/// The transfer function at a value: y, and as q the colour, or u where there is one channel.
+template <int kChannels>
+HWY_INLINE void look_up(const PacketTransfer& t, F value, F& y, F* q) {
+  const F u = table_coordinate(t, value);
   I line = truncated(u);
   const F w = hn::Sub(u, to_float(line));
   if (t.split) {
@@ -87,29 +91,35 @@ HWY_INLINE Lights<kChannels> lights(const PacketJob& job, F value, const S& samp
     const F small = log2p1_reduced(hn::Neg(hn::Min(opacity, constant(0.25F))));
     const F large = log2_positive(hn::Max(clear, constant(1e-30F)));
     const F logarithm = hn::IfThenElse(hn::Lt(opacity, constant(0.25F)), small, large);
-    node.y = hn::Mul(logarithm, constant(t.exponent));
-    node.y = hn::IfThenElse(hn::Le(clear, constant(0.0F)), constant(kOpaque), node.y);
+    y = hn::Mul(logarithm, constant(t.exponent));
+    y = hn::IfThenElse(hn::Le(clear, constant(0.0F)), constant(kOpaque), y);
   } else {
-    node.y = on_line(t.extinctions.data(), hn::Add(line, line), 0, w);
+    y = on_line(t.extinctions.data(), hn::Add(line, line), 0, w);
   }
   if constexpr (kChannels == 1) {
-    node.yq[0] = hn::Mul(node.y, u);
+    q[0] = u;
+  } else if (t.affine) {
+    for (int c = 0; c < 3; ++c) q[c] = hn::MulAdd(constant(t.colour1[c]), u, constant(t.colour0[c]));
   } else {
-    F q[3];
-    if (t.affine) {
-      for (int c = 0; c < 3; ++c) q[c] = hn::MulAdd(constant(t.colour1[c]), u, constant(t.colour0[c]));
-    } else {
-      const I six = hn::Add(hn::ShiftLeft<2>(line), hn::Add(line, line));
-      for (int c = 0; c < 3; ++c) q[c] = on_line(t.colours.data(), six, 2 * c, w);
-    }
+    const I six = hn::Add(hn::ShiftLeft<2>(line), hn::Add(line, line));
+    for (int c = 0; c < 3; ++c) q[c] = on_line(t.colours.data(), six, 2 * c, w);
+  }
+}
+
+template <int kChannels, class S>
+HWY_INLINE Lights<kChannels> lights(const PacketJob& job, F value, const S& sampler, const F* ray) {
+  Lights<kChannels> node;
+  F q[kChannels];
+  look_up<kChannels>(job.transfer, value, node.y, q);
+  if constexpr (kChannels == 3) {
     if (job.shaded && !hn::AllTrue(DF(), hn::Eq(node.y, constant(0.0F)))) {
       F gx, gy, gz, diffuse, specular;
       sampler.gradient(gx, gy, gz);
       blinn_phong(job, gx, gy, gz, ray, diffuse, specular);
       for (int c = 0; c < 3; ++c) q[c] = hn::MulAdd(q[c], diffuse, specular);
     }
-    for (int c = 0; c < 3; ++c) node.yq[c] = hn::Mul(node.y, q[c]);
   }
+  for (int c = 0; c < kChannels; ++c) node.yq[c] = hn::Mul(node.y, q[c]);
   return node;
 }
 

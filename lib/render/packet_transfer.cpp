@@ -134,10 +134,45 @@ void find_affine(const Optics& optics, double lo, double hi, PacketTransfer& tab
   }
 }
 
+/// Where preintegrated segments are cut, from every interval that meets the data's range.
+void set_cuts(const Optics& optics, double lo, double hi, PacketTransfer& table) {
+  constexpr double kRatio = 1.5;
+  std::vector<float> cuts, clarity;
+  for (const OpticsInterval& interval : optics.intervals()) {
+    if (interval.hi < lo) continue;
+    const double clear0 = 1 - interval.opacity_lo, clear1 = 1 - interval.opacity_hi;
+    const int pieces = std::max(
+        1, static_cast<int>(std::ceil(std::abs(std::log(clear1 / clear0)) / std::log(kRatio) - 1e-9)));
+    for (int p = 0; p < pieces; ++p) {
+      const auto opacity = [&](int i) { return 1 - clear0 * std::pow(clear1 / clear0, double(i) / pieces); };
+      const double steepest = table.exponent * std::log2(1 - std::max(opacity(p), opacity(p + 1)));
+      clarity.push_back(steepest < 0 ? static_cast<float>(std::min(1e30, -1 / steepest)) : 1e30F);
+      const double at = p + 1 < pieces ? interval.lo + (opacity(p + 1) - interval.opacity_lo) /
+                                                           (interval.opacity_hi - interval.opacity_lo) *
+                                                           (interval.hi - interval.lo)
+                                       : interval.hi;
+      cuts.push_back(static_cast<float>(at));
+    }
+    if (interval.hi > hi) break;
+  }
+  cuts.back() = std::numeric_limits<float>::infinity();
+  table.cuts.assign(cuts.begin(), cuts.end());
+  table.clarity.assign(clarity.begin(), clarity.end());
+  table.first_cut = Buffer<std::int32_t>(static_cast<std::size_t>(table.buckets));
+  std::int32_t k = 0;
+  for (std::int32_t b = 0; b < table.buckets; ++b) {
+    // A value's bucket is found by float arithmetic: start one bucket early.
+    const double start = lo + (b - 1) * (hi - lo) / table.buckets;
+    while (cuts[static_cast<std::size_t>(k)] <= start) ++k;
+    table.first_cut[static_cast<std::size_t>(b)] = k;
+  }
+}
+
 }  // namespace
 
 bool tabulate(const Optics& optics, const index::Macrocells::Range& range, bool integral, double steps,
-              bool trapezoid, PacketTransfer& table) {
+              PacketRule rule, PacketTransfer& table) {
+  const bool trapezoid = rule == PacketRule::trapezoid;
   const double lo = range.min;
   // A constant volume gets a range of its own, so that a bucket has a width.
   const double hi = range.max > range.min ? double(range.max) : lo + std::max(1.0, std::abs(lo));
@@ -160,7 +195,11 @@ bool tabulate(const Optics& optics, const index::Macrocells::Range& range, bool 
   if (trapezoid) table.steepest *= 2;
   find_affine(optics, lo, hi, table);
   if (table.affine) table.colours = Buffer<float>();
-  return std::isfinite(table.scale);
+  if (!std::isfinite(table.scale)) return false;
+  if (rule != PacketRule::preintegrated) return true;
+  if (table.opaque) return false;
+  set_cuts(optics, lo, hi, table);
+  return true;
 }
 
 }  // namespace vol::render

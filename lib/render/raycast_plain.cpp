@@ -147,7 +147,6 @@ class CompositeRay {
                                                                        : visit(node + 1).invisible)) {
       ++node;
     }
-    if (node == left.number && kind() == Quadrature::preintegrated) return node;
     node = std::min(node, walk_.last() - 1);
     if (node > left.number) {
       counts_.skipped += node - left.number;

@@ -71,12 +71,17 @@ void expect_oracle(const volume::Volume& v, const Scene& scene, RenderOptions op
   }
   EXPECT_EQ(plain.counts.rays, packet.counts.rays);
   EXPECT_EQ(plain.counts.samples, packet.counts.samples);
-  EXPECT_EQ(plain.counts.gradients, packet.counts.gradients);
+  // Preintegrated packets light every sample: whether its segment is visible is known too late.
+  if (options.quadrature != Quadrature::preintegrated) {
+    EXPECT_EQ(plain.counts.gradients, packet.counts.gradients);
+  }
   EXPECT_EQ(plain.counts.terminated, packet.counts.terminated);
 }
 
 class PacketRule : public testing::TestWithParam<Quadrature> {};
-INSTANTIATE_TEST_SUITE_P(Rules, PacketRule, testing::Values(Quadrature::rectangle, Quadrature::trapezoid));
+INSTANTIATE_TEST_SUITE_P(Rules, PacketRule,
+                         testing::Values(Quadrature::rectangle, Quadrature::trapezoid,
+                                         Quadrature::preintegrated));
 
 TEST_P(PacketRule, AgreesWithTheOracleOnEveryVoxelType) {
   const RenderOptions options = packet_options(GetParam());
@@ -197,7 +202,9 @@ TEST_P(PacketRule, SkippingChangesNoBitAndSkips) {
     const RenderResult skipping = raycast_packet(v, scene, options);
     expect_same_bits(all.image, skipping.image, false);
     EXPECT_LT(skipping.counts.samples, all.counts.samples / 2);
-    EXPECT_EQ(skipping.counts.gradients, all.counts.gradients);
+    if (GetParam() != Quadrature::preintegrated) {
+      EXPECT_EQ(skipping.counts.gradients, all.counts.gradients);
+    }
     if (opacity < 1) {
       EXPECT_EQ(skipping.counts.samples + skipping.counts.skipped, all.counts.samples);
     }

@@ -1,0 +1,81 @@
+// Included once per instruction set by packet_kernel.cpp.
+#if defined(VOL_RENDER_PACKET_PIECES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef VOL_RENDER_PACKET_PIECES_INL_H_
+#undef VOL_RENDER_PACKET_PIECES_INL_H_
+#else
+#define VOL_RENDER_PACKET_PIECES_INL_H_
+#endif
+
+#include "render/packet_optics-inl.h"
+
+// Emission and absorption over a piece of a ray on which the field is smooth and crosses no cut of the
+// transfer function.
+
+HWY_BEFORE_NAMESPACE();
+namespace vol::render::HWY_NAMESPACE {
+
+// Gauss-Legendre on [0,1] with three nodes, and the collocation matrix: integrals from 0 to each node of the
+// quadratic through the nodes' values (the Runge-Kutta method of Gauss, order 6; Butcher 1964).
+constexpr float kGaussNode[3] = {0.11270166537925831F, 0.5F, 0.88729833462074169F};
+constexpr float kGaussWeight[3] = {0.27777777777777778F, 0.44444444444444444F, 0.27777777777777778F};
+constexpr float kGaussUpTo[3][3] = {{0.13888888888888889F, -0.03597666752493890F, 0.00978944401530832F},
+                                    {0.30026319498086460F, 0.22222222222222222F, -0.02248541720308682F},
+                                    {0.26798833376246945F, 0.48042111196938336F, 0.13888888888888889F}};
+
+/// Number of the interval of the cuts in which a value lies (a cut itself: in the one above).
+HWY_INLINE I interval_of(const PacketTransfer& t, F value) {
+  I k = hn::GatherIndex(DI(), t.first_cut.data(), truncated(table_coordinate(t, value)));
+  for (;;) {
+    const MI beyond = int_mask(hn::Ge(value, hn::GatherIndex(DF(), t.cuts.data(), k)));
+    if (hn::AllFalse(DI(), beyond)) return k;
+    k = hn::Add(k, hn::IfThenElseZero(beyond, constant_i(1)));
+  }
+}
+
+/// What a ray has gathered so far.
+template <int kChannels>
+struct Gathered {
+  F transmittance;
+  F sum[kChannels];
+};
+
+/// Passes a piece of `length` steps whose field takes `values` at the Gauss nodes; length 0 changes nothing.
+/// T must not fall below half.
+///   tau = length sum_i b_i sigma_i,   T' = T e^-tau,
+///   I' = I + T (1 - e^-tau) (sum_i b_i sigma_i e^-S_i c_i) / (sum_i b_i sigma_i e^-S_i),
+/// S_i the depth up to node i. `shade`: what lighting makes of a colour. Returns log2 of the piece's
+/// transmittance.
+template <int kChannels, class Shade>
+HWY_INLINE F pass_piece(const PacketTransfer& t, const F* values, F length, const Shade& shade,
+                        Gathered<kChannels>& path) {
+  F y[3], q[3][kChannels];
+  for (int i = 0; i < 3; ++i) {
+    look_up<kChannels>(t, values[i], y[i], q[i]);
+    shade(q[i]);
+  }
+  const F depth = hn::Mul(length, hn::MulAdd(constant(kGaussWeight[1]), y[1],
+                                             hn::Mul(constant(kGaussWeight[0]), hn::Add(y[0], y[2]))));
+  const F alpha = hn::Neg(hn::Mul(depth, exp2m1_over(depth)));
+  F total = hn::Zero(DF());
+  F sum[kChannels];
+  for (int c = 0; c < kChannels; ++c) sum[c] = hn::Zero(DF());
+  for (int i = 0; i < 3; ++i) {
+    F up_to = hn::Mul(constant(kGaussUpTo[i][0]), y[0]);
+    up_to = hn::MulAdd(constant(kGaussUpTo[i][1]), y[1], up_to);
+    up_to = hn::MulAdd(constant(kGaussUpTo[i][2]), y[2], up_to);
+    up_to = hn::Min(hn::Mul(length, up_to), hn::Zero(DF()));
+    const F clear = hn::MulAdd(up_to, exp2m1_over(up_to), constant(1.0F));
+    const F weight = hn::Mul(hn::Mul(constant(kGaussWeight[i]), y[i]), clear);
+    total = hn::Add(total, weight);
+    for (int c = 0; c < kChannels; ++c) sum[c] = hn::MulAdd(weight, q[i][c], sum[c]);
+  }
+  const F share = hn::Div(hn::Mul(path.transmittance, alpha), hn::Min(total, constant(-1e-30F)));
+  for (int c = 0; c < kChannels; ++c) path.sum[c] = hn::MulAdd(share, sum[c], path.sum[c]);
+  path.transmittance = hn::NegMulAdd(path.transmittance, alpha, path.transmittance);
+  return depth;
+}
+
+}  // namespace vol::render::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
