@@ -15,6 +15,15 @@ void set_thread_count(int threads);
 void parallel_for(std::int64_t begin, std::int64_t end, std::int64_t grain,
                   const std::function<void(std::int64_t, std::int64_t)>& work);
 
+/// How far the outermost parallel_for of this process has come, in chunks; both 0 where none runs. Loops inside
+/// its chunks do not count, nor do those that other threads start meanwhile. For whoever watches from another
+/// thread, such as a progress bar.
+struct LoopProgress {
+  std::int64_t done = 0;
+  std::int64_t total = 0;
+};
+[[nodiscard]] LoopProgress loop_progress() noexcept;
+
 /// Maps chunks to partial results and folds them in chunk order: independent of the thread count.
 template <class Partial, class Map, class Fold>
 Partial parallel_reduce(std::int64_t begin, std::int64_t end, std::int64_t grain, const Map& map, const Fold& fold) {

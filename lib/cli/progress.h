@@ -1,29 +1,31 @@
 #pragma once
-#include <atomic>
-#include <cstdint>
+#include <memory>
 #include <string>
-
-#include "base/timer.h"
+#include <string_view>
 
 namespace vol::cli {
 
-/// Progress bar on standard error: only on a terminal, only when work lasts over a second, never with --quiet.
-/// advance() may be called from any thread.
+/// The line on standard error that says what a long run is at: the phase, the seconds so far, and a bar of
+/// how far its parallel loop has come. Only on a terminal, only when the run lasts over a second, never with
+/// --quiet. A thread of its own looks at base/parallel.h's loop_progress() ten times a second, so the work
+/// itself knows nothing of it. Between phases the line is empty, for what the tool has to say.
 class Progress {
  public:
-  Progress(std::string label, std::int64_t total, bool enabled = true);
+  explicit Progress(std::string tool);
   ~Progress();
-  void advance(std::int64_t n = 1);
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// Names what runs from now on; "" is nothing: the line is cleared and stays so. Returns what ran until
+  /// now.
+  std::string phase(std::string_view name);
 
  private:
-  void draw(std::int64_t done);
-  std::string label_;
-  std::int64_t total_;
-  bool enabled_;
-  bool drawn_ = false;
-  std::atomic<std::int64_t> done_{0};
-  std::atomic<std::int64_t> next_draw_{1000};  // milliseconds
-  Timer timer_;
+  struct Display;
+  std::unique_ptr<Display> display_;  // null where nothing is to be shown
 };
+
+/// Clears the line if there is one. Async-signal-safe; called by the signal handler.
+void clear_progress() noexcept;
 
 }  // namespace vol::cli

@@ -9,6 +9,7 @@
 
 #include "base/parallel.h"
 #include "base/version.h"
+#include "cli/progress.h"
 #include "cli/runner.h"
 #include "cli/sha256.h"
 #include "io/file.h"
@@ -68,7 +69,7 @@ json describe_files(const std::vector<std::string>& paths, bool checksum) {
 
 /// What the option holds after parsing: given values, else the default; a flag is true or false.
 json option_value(const CLI::Option& option) {
-  if (option.get_type_size() == 0) return option.count() > 0;
+  if (option.get_items_expected_max() == 0) return option.count() > 0 && option.as<bool>();
   const auto given = option.count() > 0 ? option.results() : std::vector<std::string>{};
   if (given.empty()) return option.get_default_str();
   if (given.size() == 1) return given.front();
@@ -106,6 +107,15 @@ json describe_times(const std::vector<std::pair<std::string, std::vector<double>
 }
 
 }  // namespace
+
+Record::Stopwatch::Stopwatch(Record& record, std::string_view phase) : record_(record), phase_(phase) {
+  if (record_.progress_ != nullptr) outer_phase_ = record_.progress_->phase(phase);
+}
+
+Record::Stopwatch::~Stopwatch() {
+  record_.add_time(phase_, timer_.seconds());
+  if (record_.progress_ != nullptr) record_.progress_->phase(outer_phase_);
+}
 
 Record::Record() : data_(std::make_unique<Data>()) {}
 Record::~Record() = default;
@@ -145,6 +155,8 @@ void Record::say(std::string_view message) const {
 void Record::warn(std::string_view message) const {
   std::fprintf(stderr, "%s: warning: %.*s\n", data_->tool.c_str(), static_cast<int>(message.size()), message.data());
 }
+
+void Runner::show(Record& record, Progress* progress) { record.progress_ = progress; }
 
 void Runner::configure(Record& record, const Setup& setup, const CLI::App& app) {
   record.repeat_ = setup.repeat;

@@ -12,6 +12,8 @@
 
 namespace vol::cli {
 
+class Progress;
+
 /// The stats record of one run (stats.schema.json): what was asked, what it cost, what is known of its error.
 class Record {
  public:
@@ -24,19 +26,15 @@ class Record {
   /// name is a part of "compute".
   template <class F>
   decltype(auto) timed(std::string_view phase, F&& f) {
-    const Stopwatch watch{*this, phase};
+    const Stopwatch watch(*this, phase);
     return std::forward<F>(f)();
   }
   /// Runs f as often as --repeat says, records every time, and returns the last result: for the compute phase
   /// whose median a sweep takes.
   template <class F>
   auto repeated(std::string_view phase, F&& f) {
-    for (int n = 1; n < repeat_; ++n) {
-      const Stopwatch watch{*this, phase};
-      (void)f();
-    }
-    const Stopwatch watch{*this, phase};
-    return f();
+    for (int n = 1; n < repeat_; ++n) (void)timed(phase, f);
+    return timed(phase, f);
   }
   void add_time(std::string_view phase, double seconds);
 
@@ -65,14 +63,23 @@ class Record {
 
  private:
   friend class Runner;
-  struct Stopwatch {
-    Record& record;
-    std::string_view phase;
-    Timer timer{};
-    ~Stopwatch() { record.add_time(phase, timer.seconds()); }
+  /// Times a phase and names it on the progress line while it runs.
+  class Stopwatch {
+   public:
+    Stopwatch(Record& record, std::string_view phase);
+    ~Stopwatch();
+    Stopwatch(const Stopwatch&) = delete;
+    Stopwatch& operator=(const Stopwatch&) = delete;
+
+   private:
+    Record& record_;
+    std::string_view phase_;
+    std::string outer_phase_;
+    Timer timer_;
   };
   struct Data;
   std::unique_ptr<Data> data_;
+  Progress* progress_ = nullptr;  // of run(), while it lasts
   int repeat_ = 1;
   bool quiet_ = false;
   bool verbose_ = false;

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "base/version.h"
+#include "cli/progress.h"
 #include "cli/runner.h"
 #include "io/file.h"
 
@@ -21,6 +22,7 @@ enum ExitStatus : int { kDone = 0, kCouldNot = 2, kNoDevice = 3 };
 /// Leaves nothing half-written, then dies of the signal as if it had not been caught: status 128 + signal.
 extern "C" void on_signal(int signal) {
   io::remove_uncommitted_outputs();
+  clear_progress();
   ::_exit(128 + signal);
 }
 
@@ -145,6 +147,19 @@ int usage_error(const CLI::App& app, const ToolInfo& tool, const CLI::ParseError
   return kCouldNot;
 }
 
+/// Does the work with its progress on standard error; the line is gone before anything else is said.
+int watched(Record& record, const ToolInfo& tool, bool quiet, const std::function<int(Record&)>& work) {
+  if (quiet) return work(record);
+  struct Shown {
+    Record& record;
+    Progress progress;
+    Shown(Record& r, const char* name) : record(r), progress(name) { Runner::show(record, &progress); }
+    ~Shown() { Runner::show(record, nullptr); }
+  };
+  const Shown shown(record, tool.name);
+  return work(record);
+}
+
 }  // namespace
 
 int run(CLI::App& app, const ToolInfo& tool, int argc, char** argv, const std::function<int(Record&)>& work) {
@@ -163,7 +178,7 @@ int run(CLI::App& app, const ToolInfo& tool, int argc, char** argv, const std::f
                        .quiet = common.quiet,
                        .verbose = common.verbose},
                       app);
-    const int status = work(record);
+    const int status = watched(record, tool, common.quiet, work);
     write_stats(record, common.stats);
     if (std::fflush(stdout) != 0) throw Error("cannot write to standard output");
     return status;

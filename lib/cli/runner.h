@@ -34,6 +34,8 @@ class Runner {
     bool checksum = false, quiet = false, verbose = false;
   };
   static void configure(Record& record, const Setup& setup, const CLI::App& app);
+  /// Phases of the record show on `progress` from now on; null: nowhere.
+  static void show(Record& record, Progress* progress);
   /// The record as JSON (stats.schema.json).
   [[nodiscard]] static nlohmann::json to_json(const Record& record);
 };

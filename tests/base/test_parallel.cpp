@@ -22,6 +22,27 @@ TEST(ParallelFor, ExceptionsReachTheCaller) {
                std::runtime_error);
 }
 
+TEST(LoopProgress, CountsTheChunksOfTheOutermostLoopAlone) {
+  EXPECT_EQ(loop_progress().total, 0);
+  std::atomic<std::int64_t> most{0}, wrong{0};
+  parallel_for(0, 100, 10, [&](std::int64_t, std::int64_t) {
+    parallel_for(0, 7, 1, [](std::int64_t, std::int64_t) {});
+    const LoopProgress p = loop_progress();
+    wrong += p.total != 10 || p.done < 0 || p.done > 9;  // this chunk is not done yet
+    most = std::max(most.load(), p.done);
+  });
+  EXPECT_EQ(wrong, 0);
+  EXPECT_GT(most, 0);
+  EXPECT_EQ(loop_progress().total, 0);
+}
+
+TEST(LoopProgress, IsNoneAfterAnException) {
+  EXPECT_THROW(parallel_for(0, 9, 1, [](std::int64_t, std::int64_t) { throw std::runtime_error("x"); }),
+               std::runtime_error);
+  EXPECT_EQ(loop_progress().total, 0);
+  EXPECT_EQ(loop_progress().done, 0);
+}
+
 // Floating-point sums depend on order; chunk order must not depend on the number of threads.
 TEST(ParallelReduce, SumHasTheSameBitsForAnyThreadCount) {
   Rng rng(5);
