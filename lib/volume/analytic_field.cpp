@@ -49,12 +49,24 @@ Range AnalyticField::range() const {
   return form_->range();
 }
 
+namespace {
+
+double canonical(std::int64_t index, std::int64_t n) {
+  return n == 1 ? 0.0 : static_cast<double>(2 * index - (n - 1)) / static_cast<double>(n - 1);
+}
+
+}  // namespace
+
 double AnalyticField::sample(std::int64_t i, std::int64_t j, std::int64_t k) const {
-  const auto canonical = [&](std::int64_t index, int axis) {
-    const std::int64_t n = geometry_.dims[axis];
-    return n == 1 ? 0.0 : static_cast<double>(2 * index - (n - 1)) / static_cast<double>(n - 1);
-  };
-  return form_->value(Vec3(canonical(i, 0), canonical(j, 1), canonical(k, 2)));
+  const Dims& n = geometry_.dims;
+  return form_->value(Vec3(canonical(i, n[0]), canonical(j, n[1]), canonical(k, n[2])));
+}
+
+void AnalyticField::sample_row(std::int64_t j, std::int64_t k, std::span<double> values) const {
+  const Dims& n = geometry_.dims;
+  std::vector<double> x(static_cast<std::size_t>(n[0]));
+  for (std::int64_t i = 0; i < n[0]; ++i) x[static_cast<std::size_t>(i)] = canonical(i, n[0]);
+  form_->row(x, canonical(j, n[1]), canonical(k, n[2]), values);
 }
 
 GridGeometry canonical_geometry(const Dims& dims) {
@@ -123,9 +135,11 @@ Volume sampled_volume(const AnalyticField& field, VoxelType type, Range scale) {
     using T = typename std::decay_t<decltype(grid)>::value_type;
     const auto [nx, ny, nz] = grid.dims();
     parallel_for(0, ny * nz, 4, [&](std::int64_t first, std::int64_t last) {
+      std::vector<double> values(static_cast<std::size_t>(nx));
       for (std::int64_t row = first; row < last; ++row) {
+        field.sample_row(row % ny, row / ny, values);
         for (std::int64_t i = 0; i < nx; ++i) {
-          const double f = field.sample(i, row % ny, row / ny);
+          const double f = values[static_cast<std::size_t>(i)];
           T& voxel = grid.voxels[static_cast<std::size_t>(i + nx * row)];
           if constexpr (std::is_integral_v<T>) {
             constexpr double kLargest = static_cast<double>(std::numeric_limits<T>::max());

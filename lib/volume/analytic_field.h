@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,6 +38,9 @@ class AnalyticField {
 
   /// Voxel (i, j, k) of the field's grid, without the rounding that a way through world space would add.
   [[nodiscard]] double sample(std::int64_t i, std::int64_t j, std::int64_t k) const;
+  /// A row of voxels along x, `values` as long as the row. Those of noise differ from sample() by rounding, a
+  /// few 1e-15; all others are the same.
+  void sample_row(std::int64_t j, std::int64_t k, std::span<double> values) const;
 
  private:
   std::shared_ptr<const AnalyticForm> form_;

@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <span>
 #include <string_view>
 
 #include "volume/analytic_field.h"
@@ -11,6 +12,10 @@ class AnalyticForm {
  public:
   virtual ~AnalyticForm() = default;
   [[nodiscard]] virtual double value(const Vec3& p) const = 0;
+  /// The values at (x[i], y, z), x equidistant, for forms that can tell a whole row faster than its points.
+  virtual void row(std::span<const double> x, double y, double z, std::span<double> values) const {
+    for (std::size_t i = 0; i < x.size(); ++i) values[i] = value({x[i], y, z});
+  }
   [[nodiscard]] virtual Vec3 gradient(const Vec3& p) const = 0;
   [[nodiscard]] virtual Range range() const { return {0, 1}; }
 };
