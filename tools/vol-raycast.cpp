@@ -45,7 +45,7 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--view", o.view, "AZIMUTH,ELEVATION in degrees [0,0: along -z]")->group(picture);
   auto* width =
       app.add_option("--width", o.width, "World width of the picture, orthographic [1.6 longest edge]")
-          ->check(CLI::PositiveNumber)
+          ->check(cli::check_positive)
           ->group(picture);
   app.add_option("--fov", o.fov, "Vertical field of view in degrees: a perspective view")
       ->check(CLI::Range(1e-3, 179.0))
@@ -58,8 +58,13 @@ void declare(CLI::App& app, Options& o) {
 
   const char* accuracy = "Accuracy against cost";
   app.add_option("--quadrature", o.quadrature,
-                 "rectangle (order 1), trapezoid, preintegrated (order 2), reference (adaptive) [trapezoid]")
-      ->check(CLI::IsMember({"rectangle", "trapezoid", "preintegrated", "reference"}))
+                 "rectangle (order 1), trapezoid, preintegrated (order 2), split (Gauss rules cell by cell), "
+                 "reference (adaptive) [trapezoid]")
+      ->check(CLI::IsMember({"rectangle", "trapezoid", "preintegrated", "split", "reference"}))
+      ->group(accuracy);
+  app.add_option("--nodes", o.render.nodes, "Split: Gauss nodes a smooth piece, 1 to 3")
+      ->check(CLI::Range(1, 3))
+      ->capture_default_str()
       ->group(accuracy);
   app.add_option("--step", o.step,
                  "Between samples: world length, or 0.5v for half the smallest spacing [0.5v]")
@@ -70,7 +75,7 @@ void declare(CLI::App& app, Options& o) {
       ->group(accuracy);
   app.add_option("--tolerance", o.render.tolerance,
                  "Reference: absolute error of a pixel, on the colour scale")
-      ->check(CLI::PositiveNumber)
+      ->check(cli::check_positive)
       ->capture_default_str()
       ->group(accuracy);
   app.add_option("--termination", o.render.termination,
@@ -126,6 +131,9 @@ render::RenderResult cast(const volume::Volume& volume, const render::Scene& sce
   if (o.render.quadrature == render::Quadrature::reference) {
     return render::raycast_reference(volume, scene, o.render);
   }
+  if (o.algorithm == "plain" && o.render.quadrature == render::Quadrature::split) {
+    return render::raycast_split_plain(volume, scene, o.render);
+  }
   return o.algorithm == "plain" ? render::raycast_plain(volume, scene, o.render, index)
                                 : render::raycast_packet(volume, scene, o.render, index);
 }
@@ -159,8 +167,8 @@ int work(Options& o, cli::Record& record) {
 
   std::optional<index::IndexVolume> index;
   if (!o.index.empty()) {
-    if (o.render.quadrature == render::Quadrature::reference)
-      throw Error("--index: the reference takes no steps");
+    if (o.render.quadrature >= render::Quadrature::split)
+      throw Error("--index: quadratures split and reference take no steps");
     record.input(o.index);
     auto read = record.timed("read", [&] { return io::read_index(o.index); });
     index = std::move(read.index);

@@ -9,7 +9,7 @@ namespace vol::render {
 namespace {
 
 constexpr std::string_view kModels[] = {"composite", "xray", "mip"};
-constexpr std::string_view kQuadratures[] = {"rectangle", "trapezoid", "preintegrated", "reference"};
+constexpr std::string_view kQuadratures[] = {"rectangle", "trapezoid", "preintegrated", "split", "reference"};
 constexpr std::string_view kKernels[] = {"nearest", "trilinear", "catmull-rom", "b-spline"};
 
 template <class Enum>

@@ -12,12 +12,14 @@ namespace vol::render {
 /// xray: integral of f, in value times world length. mip: the largest f met.
 enum class Model { composite, xray, mip };
 
-/// rectangle: a segment's left node, order 1. trapezoid: both nodes, extinction linear between them and colour their
-/// mean weighted by extinction, (s0 c0 + s1 c1) / (s0 + s1), order 2: the emission c sigma_t is then a linear
-/// function too, its error is 10 to 30 times smaller (MSE) than with the plain mean, and an invisible node
-/// contributes nothing. preintegrated: both nodes, the field linear between them, order 2. reference: adaptive per
-/// cell to a tolerance, which is the truth that errors are measured against.
-enum class Quadrature { rectangle, trapezoid, preintegrated, reference };
+/// rectangle: a segment's left node, order 1. trapezoid: both nodes, extinction linear between them and
+/// colour their mean weighted by extinction, (s0 c0 + s1 c1) / (s0 + s1), order 2: the emission c sigma_t is
+/// then a linear function too, its error is 10 to 30 times smaller (MSE) than with the plain mean, and an
+/// invisible node contributes nothing. preintegrated: both nodes, the field linear between them, order 2.
+/// split: cell by cell, the field's polynomial along the ray cut where it crosses the transfer function's
+/// points, `nodes` Gauss nodes on each smooth piece; steps play no part. reference: adaptive per cell to a
+/// tolerance, which is the truth that errors are measured against.
+enum class Quadrature { rectangle, trapezoid, preintegrated, split, reference };
 
 /// Blinn-Phong; gradients are counted apart from samples.
 struct Shading {
@@ -44,18 +46,19 @@ struct RenderOptions {
   int height = 512;
   Quadrature quadrature = Quadrature::trapezoid;
   volume::Reconstruction reconstruction = volume::Reconstruction::trilinear;
-  double step = 0.5;             ///< world length between nodes t_i = t_entry + i step
-  double tolerance = 1e-10;      ///< reference quadrature: absolute error of a pixel, on the colour scale
-  double termination = 0;        ///< stop a ray once its transmittance is at most this; 0 for truth
-  bool skip_empty = true;        ///< do not sample what the transfer function makes invisible
+  double step = 0.5;         ///< world length between nodes t_i = t_entry + i step
+  int nodes = 3;             ///< split: Gauss nodes a piece, 1 to 3
+  double tolerance = 1e-10;  ///< reference quadrature: absolute error of a pixel, on the colour scale
+  double termination = 0;    ///< stop a ray once its transmittance is at most this; 0 for truth
+  bool skip_empty = true;    ///< do not sample what the transfer function makes invisible
 };
 
 struct RenderCounts {
-  std::int64_t rays = 0;       ///< rays that meet the field's box
-  std::int64_t samples = 0;    ///< reconstructions of f
+  std::int64_t rays = 0;     ///< rays that meet the field's box
+  std::int64_t samples = 0;  ///< reconstructions of f
   std::int64_t gradients = 0;
-  std::int64_t skipped = 0;    ///< nodes not sampled because nothing around them is visible
-  std::int64_t terminated = 0; ///< rays ended early
+  std::int64_t skipped = 0;     ///< nodes not sampled because nothing around them is visible
+  std::int64_t terminated = 0;  ///< rays ended early
 };
 
 }  // namespace vol::render

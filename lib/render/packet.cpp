@@ -77,6 +77,7 @@ void set_volume(const volume::Volume& volume, PacketJob& job) {
   for (int a = 0; a < 3; ++a) {
     job.stride[a] = dims[a] > 1 ? static_cast<std::int32_t>(stride) : 0;
     job.neighbour[a] = job.stride[a];
+    job.last_cell[a] = static_cast<std::int32_t>(std::max<std::int64_t>(0, dims[a] - 2));
     stride *= dims[a];
   }
 }
@@ -140,7 +141,8 @@ void cast_packet(const Picture& picture, int x0, int y0, int w, int h, PacketRay
   }
   if (!any) return;
   const Model model = picture.scene.model;
-  const auto cast = model == Model::composite ? cast_composite : model == Model::xray ? cast_xray : cast_mip;
+  const auto composite = picture.job.rule == PacketRule::split ? cast_split : cast_composite;
+  const auto cast = model == Model::composite ? composite : model == Model::xray ? cast_xray : cast_mip;
   cast(picture.job, rays, pixels);
   const double scale = model == Model::xray ? picture.options.step : 1;
   for (int lane = 0; lane < w * h; ++lane) {
@@ -199,15 +201,18 @@ RenderCounts cast_tiles(const Picture& picture) {
                                        });
 }
 
-}  // namespace
+/// What the packets' tables do not hold.
+RenderResult otherwise(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
+                       const index::IndexVolume* index) {
+  return options.quadrature == Quadrature::split ? raycast_split_plain(volume, scene, options)
+                                                 : raycast_plain(volume, scene, options, index);
+}
 
-RenderResult raycast_packet(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
-                            const index::IndexVolume* index, const index::Macrocells* macrocells) {
-  require_valid(options);
-  if (!is_covered(volume, options)) return raycast_plain(volume, scene, options, index);
+RenderResult cast_covered(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
+                          const index::IndexVolume* index, const index::Macrocells* macrocells) {
   if (!is_native(volume.voxel_type())) {
     (void)volume::value_range(volume);
-    return raycast_packet({volume::converted<float>(volume), {}}, scene, options, index, macrocells);
+    return cast_covered({volume::converted<float>(volume), {}}, scene, options, index, macrocells);
   }
   if (volume::is_floating_point(volume.voxel_type()))
     (void)volume::value_range(volume);  // refuses NaN, infinity
@@ -221,7 +226,9 @@ RenderResult raycast_packet(const volume::Volume& volume, const Scene& scene, co
   job.nearest = options.reconstruction == volume::Reconstruction::nearest;
   job.rule = options.quadrature == Quadrature::rectangle   ? PacketRule::rectangle
              : options.quadrature == Quadrature::trapezoid ? PacketRule::trapezoid
+             : options.quadrature == Quadrature::split     ? PacketRule::split
                                                            : PacketRule::preintegrated;
+  job.nodes = options.nodes;
   job.termination = static_cast<float>(options.termination);
   Buffer<std::uint8_t> nibbles;
   if (index) nibbles = set_index(*index, job);
@@ -233,11 +240,11 @@ RenderResult raycast_packet(const volume::Volume& volume, const Scene& scene, co
     const bool integral = job.type != PacketVoxels::f32;
     if (!tabulate(Optics(scene.transfer, reference_length), macrocells->all, integral,
                   options.step / reference_length, job.rule, job.transfer)) {
-      return raycast_plain(volume, scene, options, index);
+      return otherwise(volume, scene, options, index);
     }
     // A segment's pieces have an optical depth of at most log 2 each.
-    if (job.rule == PacketRule::preintegrated && job.transfer.steepest * job.longest_hop < -kMostPieces) {
-      return raycast_plain(volume, scene, options, index);
+    if (job.rule >= PacketRule::preintegrated && job.transfer.steepest * job.longest_hop < -kMostPieces) {
+      return otherwise(volume, scene, options, index);
     }
     if (scene.shading) set_shading(geometry, *scene.shading, job);
     // Preintegrated segments are left out between macrocells that touch: no step may pass over one.
@@ -262,6 +269,28 @@ RenderResult raycast_packet(const volume::Volume& volume, const Scene& scene, co
   result.counts = cast_tiles({job, maker, scene, options, result.image});
   result.error_estimate = std::numeric_limits<double>::quiet_NaN();
   return result;
+}
+
+}  // namespace
+
+RenderResult raycast_packet(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
+                            const index::IndexVolume* index, const index::Macrocells* macrocells) {
+  require_valid(options);
+  if (options.quadrature == Quadrature::split) {
+    if (index) throw Error("quadrature split goes from cell to cell and takes no index");
+    RenderOptions by_voxel = options;
+    by_voxel.step = volume.geometry().spacing.minCoeff();
+    // An axis of one sample has no cells to go through.
+    const Dims& dims = volume.geometry().dims;
+    const bool flat = std::any_of(dims.begin(), dims.end(), [](std::int64_t n) { return n == 1; });
+    if (flat || scene.model != Model::composite ||
+        options.reconstruction != volume::Reconstruction::trilinear || !is_covered(volume, by_voxel)) {
+      return raycast_split_plain(volume, scene, options);
+    }
+    return cast_covered(volume, scene, by_voxel, nullptr, macrocells);
+  }
+  if (!is_covered(volume, options)) return raycast_plain(volume, scene, options, index);
+  return cast_covered(volume, scene, options, index, macrocells);
 }
 
 }  // namespace vol::render

@@ -113,7 +113,8 @@ class Composite {
     }
     const F weight = hn::Mul(path.transmittance, share);
     const F behind = hn::NegMulAdd(path.transmittance, alpha, path.transmittance);
-    halfway_.pass(kTrapezoid ? path.left_node : path.node, path.transmittance, behind, depth, length);
+    halfway_.pass(kTrapezoid ? path.left_node : path.node, hn::Zero(DF()), path.transmittance, behind, depth,
+                  length);
     for (int c = 0; c < kChannels; ++c) path.sum[c] = hn::MulAdd(weight, sum_yq[c], path.sum[c]);
     path.transmittance = behind;
   }

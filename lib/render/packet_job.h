@@ -32,14 +32,14 @@ struct PacketTransfer {
   Buffer<float> extinctions;
   Buffer<float> colours;             ///< by line: r, dr, g, dg, b, db; empty when affine
   float colour0[3]{}, colour1[3]{};  ///< affine: colour = colour0 + colour1 u
-  // Preintegrated: the values at which a segment is cut; interval k lies between cuts k - 1 and k.
+  // Preintegrated and split: the values at which a segment is cut; interval k lies between cuts k - 1 and k.
   Buffer<float> cuts;              ///< ascending, then +infinity
   Buffer<std::int32_t> first_cut;  ///< by bucket: an interval at or below that of the bucket's start
   Buffer<float> clarity;  ///< by interval: steps over which log2 T falls by at most 1; 1e30 where clear
 };
 
 enum class PacketVoxels { u8, two_bytes, f32 };
-enum class PacketRule { rectangle, trapezoid, preintegrated };
+enum class PacketRule { rectangle, trapezoid, preintegrated, split };
 
 struct PacketJob {
   // The volume. Strides in units of the gather: bytes for u8 and two_bytes, elements for f32; 0 for an axis
@@ -49,9 +49,11 @@ struct PacketJob {
   bool is_signed = false;  ///< two_bytes: i16, else u16
   bool nearest = false;
   std::int32_t stride[3]{};     ///< between cells
+  std::int32_t last_cell[3]{};  ///< number of the last cell per axis, 0 for an axis of one sample
   std::int32_t neighbour[3]{};  ///< to the cell's far corner: stride, or 0 for an axis of one sample
   // The rule.
   PacketRule rule = PacketRule::rectangle;
+  int nodes = 3;  ///< split: Gauss nodes a piece, 1 to 3
   float termination = 0;
   PacketTransfer transfer;
   // Shading; `to_world` rows give the world gradient from the index gradient.
@@ -100,6 +102,7 @@ struct PacketPixels {
 [[nodiscard]] int packet_lanes();
 [[nodiscard]] const char* packet_instruction_set();  // declared in packet.h too
 void cast_composite(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
+void cast_split(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 void cast_xray(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 void cast_mip(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 

@@ -50,6 +50,8 @@ void composite_voxels(const PacketJob& job, const PacketRays& rays, PacketPixels
       return composite_channels<kVoxels, true>(job, rays, pixels);
     case PacketRule::preintegrated:
       return preintegrated_channels<kVoxels>(job, rays, pixels);
+    case PacketRule::split:
+      return;  // packet_split_kernel.cpp
   }
 }
 

@@ -59,10 +59,10 @@ class Halfway {
     done_ = hn::Not(float_mask(alive));
   }
 
-  /// A segment of `length` steps from node `opened_by`, `depth` its log2 of transmittance.
-  HWY_INLINE void pass(I opened_by, F before, F behind, F depth, F length) {
+  /// A segment of `length` steps, `offset` steps behind node `opened_by`, `depth` its log2 of transmittance.
+  HWY_INLINE void pass(I opened_by, F offset, F before, F behind, F depth, F length) {
     const M here = hn::AndNot(done_, hn::Le(behind, constant(0.5F)));
-    if (HWY_UNLIKELY(!hn::AllFalse(DF(), here))) mark(here, opened_by, before, depth, length);
+    if (HWY_UNLIKELY(!hn::AllFalse(DF(), here))) mark(here, opened_by, offset, before, depth, length);
   }
 
   HWY_INLINE void store(PacketPixels& pixels) const {
@@ -72,12 +72,12 @@ class Halfway {
 
  private:
   /// log2 T = -1 at a share (log2 T_before + 1) / -depth of the segment.
-  HWY_NOINLINE void mark(M here, I opened_by, F before, F depth, F length) {
+  HWY_NOINLINE void mark(M here, I opened_by, F offset, F before, F depth, F length) {
     const F share =
         hn::Div(hn::Add(log2_positive(before), constant(1.0F)), hn::Min(depth, constant(-1e-30F)));
     const F inside = hn::Min(hn::Max(hn::Neg(share), constant(0.0F)), constant(1.0F));
     node_ = hn::IfThenElse(int_mask(here), opened_by, node_);
-    part_ = hn::IfThenElse(here, hn::Mul(inside, length), part_);
+    part_ = hn::IfThenElse(here, hn::MulAdd(inside, length, offset), part_);
     done_ = hn::Or(done_, here);
   }
 

@@ -14,13 +14,27 @@
 HWY_BEFORE_NAMESPACE();
 namespace vol::render::HWY_NAMESPACE {
 
-// Gauss-Legendre on [0,1] with three nodes, and the collocation matrix: integrals from 0 to each node of the
-// quadratic through the nodes' values (the Runge-Kutta method of Gauss, order 6; Butcher 1964).
-constexpr float kGaussNode[3] = {0.11270166537925831F, 0.5F, 0.88729833462074169F};
-constexpr float kGaussWeight[3] = {0.27777777777777778F, 0.44444444444444444F, 0.27777777777777778F};
-constexpr float kGaussUpTo[3][3] = {{0.13888888888888889F, -0.03597666752493890F, 0.00978944401530832F},
-                                    {0.30026319498086460F, 0.22222222222222222F, -0.02248541720308682F},
-                                    {0.26798833376246945F, 0.48042111196938336F, 0.13888888888888889F}};
+/// Gauss-Legendre on [0,1], and the collocation matrix: integrals from 0 to each node of the polynomial
+/// through the nodes' values (the Runge-Kutta methods of Gauss, order 2 kNodes; Butcher 1964).
+template <int kNodes>
+struct Gauss;
+template <>
+struct Gauss<1> {
+  static constexpr float node[1] = {0.5F}, weight[1] = {1.0F}, up_to[1][1] = {{0.5F}};
+};
+template <>
+struct Gauss<2> {
+  static constexpr float node[2] = {0.21132486540518712F, 0.78867513459481288F}, weight[2] = {0.5F, 0.5F};
+  static constexpr float up_to[2][2] = {{0.25F, -0.03867513459481288F}, {0.53867513459481288F, 0.25F}};
+};
+template <>
+struct Gauss<3> {
+  static constexpr float node[3] = {0.11270166537925831F, 0.5F, 0.88729833462074169F};
+  static constexpr float weight[3] = {0.27777777777777778F, 0.44444444444444444F, 0.27777777777777778F};
+  static constexpr float up_to[3][3] = {{0.13888888888888889F, -0.03597666752493894F, 0.00978944401530832F},
+                                        {0.30026319498086462F, 0.22222222222222222F, -0.02248541720308680F},
+                                        {0.26798833376246944F, 0.48042111196938336F, 0.13888888888888889F}};
+};
 
 /// Number of the interval of the cuts in which a value lies (a cut itself: in the one above).
 HWY_INLINE I interval_of(const PacketTransfer& t, F value) {
@@ -43,29 +57,30 @@ struct Gathered {
 /// T must not fall below half.
 ///   tau = length sum_i b_i sigma_i,   T' = T e^-tau,
 ///   I' = I + T (1 - e^-tau) (sum_i b_i sigma_i e^-S_i c_i) / (sum_i b_i sigma_i e^-S_i),
-/// S_i the depth up to node i. `shade`: what lighting makes of a colour. Returns log2 of the piece's
-/// transmittance.
-template <int kChannels, class Shade>
+/// S_i the depth up to node i. `shade(i, q)`: what lighting makes of node i's colour. Returns log2 of the
+/// piece's transmittance.
+template <int kNodes, int kChannels, class Shade>
 HWY_INLINE F pass_piece(const PacketTransfer& t, const F* values, F length, const Shade& shade,
                         Gathered<kChannels>& path) {
-  F y[3], q[3][kChannels];
-  for (int i = 0; i < 3; ++i) {
+  using G = Gauss<kNodes>;
+  F y[kNodes], q[kNodes][kChannels];
+  F mean = hn::Zero(DF());
+  for (int i = 0; i < kNodes; ++i) {
     look_up<kChannels>(t, values[i], y[i], q[i]);
-    shade(q[i]);
+    shade(i, q[i]);
+    mean = hn::MulAdd(constant(G::weight[i]), y[i], mean);
   }
-  const F depth = hn::Mul(length, hn::MulAdd(constant(kGaussWeight[1]), y[1],
-                                             hn::Mul(constant(kGaussWeight[0]), hn::Add(y[0], y[2]))));
+  const F depth = hn::Mul(length, mean);
   const F alpha = hn::Neg(hn::Mul(depth, exp2m1_over(depth)));
   F total = hn::Zero(DF());
   F sum[kChannels];
   for (int c = 0; c < kChannels; ++c) sum[c] = hn::Zero(DF());
-  for (int i = 0; i < 3; ++i) {
-    F up_to = hn::Mul(constant(kGaussUpTo[i][0]), y[0]);
-    up_to = hn::MulAdd(constant(kGaussUpTo[i][1]), y[1], up_to);
-    up_to = hn::MulAdd(constant(kGaussUpTo[i][2]), y[2], up_to);
+  for (int i = 0; i < kNodes; ++i) {
+    F up_to = hn::Zero(DF());
+    for (int j = 0; j < kNodes; ++j) up_to = hn::MulAdd(constant(G::up_to[i][j]), y[j], up_to);
     up_to = hn::Min(hn::Mul(length, up_to), hn::Zero(DF()));
     const F clear = hn::MulAdd(up_to, exp2m1_over(up_to), constant(1.0F));
-    const F weight = hn::Mul(hn::Mul(constant(kGaussWeight[i]), y[i]), clear);
+    const F weight = hn::Mul(hn::Mul(constant(G::weight[i]), y[i]), clear);
     total = hn::Add(total, weight);
     for (int c = 0; c < kChannels; ++c) sum[c] = hn::MulAdd(weight, q[i][c], sum[c]);
   }

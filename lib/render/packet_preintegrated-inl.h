@@ -138,7 +138,7 @@ class Preintegrated {
                               hn::IfThenElse(hn::Eq(difference, constant(0.0F)), constant(1.0F), difference));
     const F diffuse = hn::Mul(constant(0.5F), hn::Add(left_.diffuse, right.diffuse));
     const F specular = hn::Mul(constant(0.5F), hn::Add(left_.specular, right.specular));
-    const auto shade = [&](F* q) HWY_ATTR {
+    const auto shade = [&](int, F* q) HWY_ATTR {
       if constexpr (kChannels == 3) {
         if (job_.shaded) {
           for (int c = 0; c < 3; ++c) q[c] = hn::MulAdd(q[c], diffuse, specular);
@@ -165,17 +165,17 @@ class Preintegrated {
       if (!hn::AllFalse(DF(), seen)) {
         F values[3];
         for (int i = 0; i < 3; ++i) {
-          values[i] = hn::MulAdd(difference, hn::MulAdd(constant(kGaussNode[i]), width, from), left_.value);
+          values[i] =
+              hn::MulAdd(difference, hn::MulAdd(constant(Gauss<3>::node[i]), width, from), left_.value);
         }
         depth = hn::Add(
-            depth,
-            pass_piece<kChannels>(t, values, hn::IfThenElseZero(seen, hn::Mul(width, length)), shade, path_));
+            depth, pass_piece<3>(t, values, hn::IfThenElseZero(seen, hn::Mul(width, length)), shade, path_));
       }
       const I beside = hn::IfThenElse(up, constant_i(1), constant_i(-1));
       k = hn::IfThenElse(hn::Or(last, int_mask(capped)), k, hn::Add(k, beside));
       from = to;
     } while (!hn::AllFalse(DF(), hn::Lt(from, whole)));
-    halfway_.pass(left_node_, before, path_.transmittance, depth, length);
+    halfway_.pass(left_node_, hn::Zero(DF()), before, path_.transmittance, depth, length);
   }
 
   /// To the last node inside empty space, or the ray's last lattice node if it lies there too.

@@ -71,7 +71,7 @@ PacketRayMaker::Lane PacketRayMaker::make(int x, int y, int lane, PacketRays& ra
     };
     entry[a] = dims_[a] > 1 ? fixed(chord->entry) : 0;
     exit[a] = dims_[a] > 1 ? fixed(chord->exit) : 0;
-    step[a] = dims_[a] > 1 && segments > 1 ? static_cast<std::int64_t>(along[a] * step_ * kOne) : 0;
+    step[a] = dims_[a] > 1 ? static_cast<std::int64_t>(along[a] * step_ * kOne) : 0;
     // The last lattice node is inside up to rounding; should that carry it across the face, it is left out,
     // and the last segment is longer by that rounding.
     while (segments > 1 &&

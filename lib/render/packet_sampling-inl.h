@@ -140,13 +140,7 @@ struct Sampler {
     y = fraction(p.part1);
     z = fraction(p.part2);
     if (HWY_UNLIKELY(job.nearest)) return nearest(job, p);
-    const I offset = voxel_offset(job, p.whole0, p.whole1, p.whole2, kTwoBytes);
-    using G = Gather<kVoxels>;
-    const std::int64_t dy = job.neighbour[1], dz = job.neighbour[2];
-    G::pair(job, 0, offset, c.v000, c.v100);
-    G::pair(job, dy, offset, c.v010, c.v110);
-    G::pair(job, dz, offset, c.v001, c.v101);
-    G::pair(job, dy + dz, offset, c.v011, c.v111);
+    load_corners(job, p);
     const F a = hn::MulAdd(x, hn::Sub(c.v100, c.v000), c.v000);
     const F b = hn::MulAdd(x, hn::Sub(c.v110, c.v010), c.v010);
     const F d = hn::MulAdd(x, hn::Sub(c.v101, c.v001), c.v001);
@@ -154,6 +148,16 @@ struct Sampler {
     const F front = hn::MulAdd(y, hn::Sub(b, a), a);
     const F back = hn::MulAdd(y, hn::Sub(e, d), d);
     return hn::MulAdd(z, hn::Sub(back, front), front);
+  }
+
+  HWY_INLINE void load_corners(const PacketJob& job, const Position& p) {
+    const I offset = voxel_offset(job, p.whole0, p.whole1, p.whole2, kTwoBytes);
+    using G = Gather<kVoxels>;
+    const std::int64_t dy = job.neighbour[1], dz = job.neighbour[2];
+    G::pair(job, 0, offset, c.v000, c.v100);
+    G::pair(job, dy, offset, c.v010, c.v110);
+    G::pair(job, dz, offset, c.v001, c.v101);
+    G::pair(job, dy + dz, offset, c.v011, c.v111);
   }
 
   /// The nearest sample, the upper of two equally near.

@@ -196,7 +196,7 @@ bool tabulate(const Optics& optics, const index::Macrocells::Range& range, bool 
   find_affine(optics, lo, hi, table);
   if (table.affine) table.colours = Buffer<float>();
   if (!std::isfinite(table.scale)) return false;
-  if (rule != PacketRule::preintegrated) return true;
+  if (rule != PacketRule::preintegrated && rule != PacketRule::split) return true;
   if (table.opaque) return false;
   set_cuts(optics, lo, hi, table);
   return true;

@@ -16,12 +16,12 @@ namespace vol::render {
 ///
 /// \param integral   the data are integers: buckets are aligned to them where the range allows
 /// \param steps      length of a step over the reference length
-/// Preintegrated: segments are cut at the transfer function's points, and on ramps of opacity also wherever
-/// 1 - opacity has changed by a factor of 1.5, so that three Gauss nodes integrate the extinction of a piece
-/// to 1e-6 of itself.
+/// Preintegrated and split: segments are cut at the transfer function's points, and on ramps of opacity also
+/// wherever 1 - opacity has changed by a factor of 1.5, so that three Gauss nodes integrate the extinction of
+/// a piece to 1e-6 of itself.
 ///
-/// \returns false when two transfer-function points share a bucket even in the finest table, and for
-/// preintegrated
+/// \returns false when two transfer-function points share a bucket even in the finest table, and for these
+/// two
 ///          where opacity 1 occurs
 [[nodiscard]] bool tabulate(const Optics& optics, const index::Macrocells::Range& range, bool integral,
                             double steps, PacketRule rule, PacketTransfer& table);

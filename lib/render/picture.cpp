@@ -24,6 +24,7 @@ float as_float(double value, const char* channel) {
 void require_valid(const RenderOptions& options) {
   if (options.width < 1 || options.height < 1) throw Error("image size is below 1 x 1");
   if (!(options.step > 0) || !std::isfinite(options.step)) throw Error("step is not a positive number");
+  if (options.nodes < 1 || options.nodes > 3) throw Error("split takes 1, 2 or 3 Gauss nodes a piece");
   if (!(options.tolerance > 0) || !std::isfinite(options.tolerance)) {
     throw Error("tolerance is not a positive number");
   }

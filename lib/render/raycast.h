@@ -62,6 +62,11 @@ template <volume::FieldSampler F>
 /// largest |f| met, and for xray the ray's length); the estimate of what was reached is returned.
 [[nodiscard]] RenderResult raycast_reference(const volume::Volume& volume, const Scene& scene,
                                              const RenderOptions& options);
+/// `split` where packets do not go: the same cuts, with the reference's adaptive rule to kSplitTolerance.
+[[nodiscard]] RenderResult raycast_split_plain(const volume::Volume& volume, const Scene& scene,
+                                               const RenderOptions& options);
+inline constexpr double kSplitTolerance = 1e-6;
+
 /// The truth of a field in closed form: first the field along the ray is fitted by polynomials of degree 9 on
 /// pieces halved until the fit is within 1e-14 of the largest |f| there, then as above. What a fit cannot
 /// know: a feature narrower than 1/64 of the ray's chord that no probe hits.

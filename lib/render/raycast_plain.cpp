@@ -247,8 +247,8 @@ Pixel mip(const Context& context, const NodeWalk& walk, RenderCounts& counts) {
 
 RayCaster caster(Context context, const Scene& scene, double smallest_spacing) {
   require_valid(context.options);
-  if (context.options.quadrature == Quadrature::reference) {
-    throw Error("quadrature reference has no steps to cast by; call raycast_reference");
+  if (context.options.quadrature >= Quadrature::split) {
+    throw Error("quadratures split and reference have no steps to cast by; call raycast_reference");
   }
   if (scene.model == Model::composite) {
     context.optics.emplace(scene.transfer, resolved_reference_length(scene, smallest_spacing));

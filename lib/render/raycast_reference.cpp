@@ -111,6 +111,12 @@ RenderResult raycast_reference(const FieldView& field, const Scene& scene, const
   return draw(field.bounds, scene, options, reference_caster(field, scene, options));
 }
 
+RenderResult raycast_split_plain(const volume::Volume& volume, const Scene& scene, const RenderOptions& options) {
+  RenderOptions adaptive = options;
+  adaptive.tolerance = kSplitTolerance;
+  return raycast_reference(volume, scene, adaptive);
+}
+
 RenderResult raycast_reference(const volume::Volume& volume, const Scene& scene,
                                const RenderOptions& options) {
   return draw(volume::field_bounds(volume.geometry()), scene, options,

@@ -284,6 +284,77 @@ TEST(Packet, RefusesNaNAndAForeignIndex) {
   EXPECT_THROW((void)raycast_packet(v, packet_scene(1), packet_options()), Error);
 }
 
+/// Split against the truth: what is left are float rounding and the Gauss rules' own error on the pieces.
+double split_error(const volume::Volume& v, const Scene& scene, RenderOptions options) {
+  options.quadrature = Quadrature::split;
+  const RenderResult split = raycast_packet(v, scene, options);
+  options.tolerance = 1e-9;
+  const RenderResult truth = raycast_reference(v, scene, options);
+  double coverage = 0;
+  for (int y = 0; y < options.height; ++y) {
+    for (int x = 0; x < options.width; ++x) coverage = std::max(coverage, double(truth.image.at(x, y, 3)));
+  }
+  EXPECT_GT(coverage, 0.02) << "an empty picture tests nothing";
+  const Difference d = difference(truth.image, split.image);
+  EXPECT_LE(d.depth, 2e-2) << "linear within a piece";
+  return d.colour;
+}
+
+TEST(PacketSplit, IsTheTruthUpToSinglePrecision) {
+  RenderOptions options = packet_options();
+  constexpr double kBound =
+      2e-5;  // 5e-8 of rounding in each of some 100 pieces, and the colour's slope in a piece
+  for (const bool perspective : {false, true}) {
+    const auto viewed = [&](Scene scene) {
+      if (perspective) scene.view.projection = camera::Projection::perspective;
+      return scene;
+    };
+    EXPECT_LE(split_error(packet_volume<std::uint8_t>(255), viewed(packet_scene(255)), options), kBound);
+    EXPECT_LE(split_error(packet_volume<std::uint8_t>(255), viewed(packet_soft_scene(255)), options), kBound);
+    EXPECT_LE(split_error(packet_volume<std::int16_t>(30000, {23, 18, 29}, -25000),
+                          viewed(packet_scene(30000, 0.5, -25000)), options),
+              kBound);
+    EXPECT_LE(split_error(packet_volume<float>(1), viewed(packet_scene(1, 0.97)), options), kBound);
+  }
+  for (const Dims& dims :
+       {Dims{1, 18, 29}, Dims{23, 1, 29}, Dims{23, 18, 1}, Dims{2, 2, 2}, Dims{1, 1, 29}}) {
+    SCOPED_TRACE(testing::PrintToString(dims));
+    Scene scene = packet_soft_scene(1);
+    scene.view.width = 8;
+    EXPECT_LE(split_error(packet_volume<float>(1, dims, 0.3), scene, options), kBound);
+  }
+}
+
+TEST(PacketSplit, LightsByTheGradientAtEveryNode) {
+  Scene scene = packet_scene(255);
+  scene.shading = Shading{};
+  const double error = split_error(packet_volume<std::uint8_t>(255), scene, packet_options());
+  // |n.l| has kinks inside a cell that no cut of the transfer function finds.
+  EXPECT_LE(error, 2e-3);
+}
+
+TEST(PacketSplit, MoreNodesComeCloser) {
+  const auto v = packet_volume<std::uint8_t>(255);
+  RenderOptions options = packet_options();
+  double before = 1;
+  for (const int nodes : {1, 2, 3}) {
+    options.nodes = nodes;
+    const double error = split_error(v, packet_scene(255, 0.6), options);
+    EXPECT_LT(error, 0.2 * before) << nodes;
+    before = error;
+  }
+}
+
+TEST(PacketSplit, SkippingChangesNothingThatShows) {
+  const auto v = packet_volume<std::uint8_t>(255, {61, 47, 70});
+  RenderOptions options = packet_options(Quadrature::split);
+  const RenderResult skipping = raycast_packet(v, packet_scene(255), options);
+  options.skip_empty = false;
+  const RenderResult all = raycast_packet(v, packet_scene(255), options);
+  EXPECT_LE(difference(all.image, skipping.image).colour, 1e-5);
+  EXPECT_GT(skipping.counts.skipped, 0);
+}
+
 TEST(Visibility, DistanceIsChebyshevsToTheNearestVisibleMacrocell) {
   Rng rng(3);
   index::Macrocells cells;
