@@ -227,18 +227,20 @@ void write_difference(const Options& options, const Image& tested, const Image& 
   const auto kind = options.is_signed ? DifferenceKind::signed_ : DifferenceKind::absolute;
   Image picture = vol::image::difference(tested, reference, pairs, kind);
   auto attributes = record.provenance();
+  std::string key;  // to the colours
   if (std::filesystem::path(options.difference).extension() == ".png") {
     const double largest = vol::image::largest_magnitude(picture);
     const double scale = options.difference_scale > 0 ? options.difference_scale : largest > 0 ? largest : 1;
     picture = vol::image::false_colour(picture, scale, kind);
     const std::string text = vol::cli::figure_text(scale);
     attributes["precis.difference_scale"] = text;
-    record.say(options.is_signed ? "difference: blue -" + text + ", white 0, red " + text
-                                 : "difference: black 0, light yellow " + text);
+    key = options.is_signed ? "difference: blue -" + text + ", white 0, red " + text
+                            : "difference: black 0, light yellow " + text;
   }
   picture.attributes = std::move(attributes);
   record.timed("write", [&] { vol::io::write_image(options.difference, picture); });
   record.output(options.difference);
+  if (!key.empty()) record.say(key);
 }
 
 int compare_images(const Options& options, vol::cli::Record& record) {
@@ -344,7 +346,7 @@ int main(int argc, char** argv) {
   app.add_option("--difference-scale", o.difference_scale,
                  "Difference shown in the last colour of a .png; default: the largest")
       ->type_name("VALUE")
-      ->check(CLI::PositiveNumber)
+      ->check(vol::cli::check_positive)
       ->group("Figures");
   app.add_option("--fail-above", o.fail_above,
                  "Exit with 1 unless METRIC of all channels is at most VALUE; repeatable")

@@ -8,6 +8,7 @@
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/volume_input.h"
+#include "io/any_volume.h"
 #include "io/index.h"
 #include "volume/arithmetic.h"
 #include "volume/rearrange.h"
@@ -48,10 +49,11 @@ void declare(CLI::App& app, Options& o) {
          "integers, f32 up to 16 bits, else f64; geometry of the input")
       ->group(box);
   auto* pad = app.add_option("--pad", o.pad, "Add voxels on all six sides")
-                  ->check(CLI::NonNegativeNumber)
+                  ->check(cli::check_whole_number)
                   ->capture_default_str()
                   ->group(box);
   app.add_option("--pad-value", o.pad_value, "Value of the added voxels")
+      ->check(cli::check_finite)
       ->capture_default_str()
       ->needs(pad)
       ->group(box);
@@ -139,6 +141,8 @@ Volume converted(Volume v, const Options& o, cli::Record& record) {
 }
 
 int convert(const Options& o, cli::Record& record) {
+  io::require_volume_output(o.output, o.format);
+  if (o.input.path == "-" && o.subtract == "-") throw Error("only one volume can come from standard input");
   Volume input = cli::load(o.input, record);
   Volume result = record.timed("convert", [&] { return converted(std::move(input), o, record); });
   const auto& dims = result.geometry().dims;

@@ -9,6 +9,7 @@
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/volume_input.h"
+#include "io/any_volume.h"
 #include "io/vdb.h"
 #include "io/volume.h"
 #include "wavelet/dwt.h"
@@ -38,12 +39,14 @@ void declare(CLI::App& app, Options& o) {
                  "Coefficients (.vdb), or volume with --inverse; - is standard output")
       ->required()
       ->group("Files");
-  app.add_option("--format", o.format, "Format of a volume: nrrd, mha, vti, vdb, raw [by extension; nrrd]")
-      ->group("Files");
+  auto* format = app.add_option("--format", o.format,
+                                "Format of the volume: nrrd, mha, vti, vdb, raw [by extension; nrrd]")
+                     ->group("Files");
 
   const char* transform = "Transform";
   auto* inverse = app.add_flag("--inverse", o.inverse, "Rebuild the volume, its voxel type and geometry")
                       ->group(transform);
+  format->needs(inverse);
   const auto forward = [&](CLI::Option* option) { option->group(transform)->excludes(inverse); };
   forward(
       app.add_option(
@@ -128,7 +131,6 @@ int analyze(const volume::Volume& volume, const Options& o, cli::Record& record)
   const auto range = record.timed("range", [&] { return volume::value_range(volume); });
   auto d = record.repeated("transform", [&] { return wavelet::analyze<T>(volume, o.dwt, range); });
   const auto rejected = record.timed("reject", [&] { return wavelet::reject(d, rejection(o)); });
-  report(rejected, wavelet::predicted_error(d, rejected), volume.geometry().count(), record);
   record.result("wavelet", d.wavelet);
   record.result("extended_dims", d.extended_dims);
   record.result("precision", sizeof(T) == 4 ? "float" : "double");
@@ -136,10 +138,12 @@ int analyze(const volume::Volume& volume, const Options& o, cli::Record& record)
   for (const auto& [key, value] : record.provenance()) attributes[key] = value;
   record.timed("write", [&] { io::write_coefficients(o.output, d, attributes); });
   record.output(o.output);
+  report(rejected, wavelet::predicted_error(d, rejected), volume.geometry().count(), record);
   return 0;
 }
 
 int synthesize(const Options& o, cli::Record& record) {
+  io::require_volume_output(o.output, o.format);
   record.input(o.input.path);
   const auto coefficients = record.timed("read", [&] { return io::read_coefficients(o.input.path); });
   volume::Volume volume;
@@ -164,6 +168,7 @@ int work(Options& o, cli::Record& record) {
   if (!io::is_standard_stream(o.output) && o.output.extension() != ".vdb") {
     throw Error(o.output.string() + ": coefficients go to .vdb files, or to - (standard output)");
   }
+  io::require_writable(o.output);
   o.dwt.boundary = o.boundary == "periodic" ? wavelet::Boundary::periodic : wavelet::Boundary::symmetric;
   o.dwt.extension = o.extend == "replicate" ? wavelet::Extension::replicate
                     : o.extend == "mirror"  ? wavelet::Extension::mirror

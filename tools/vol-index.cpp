@@ -40,7 +40,7 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--epsilon", o.epsilon,
                  "Details at most this large do not count. On the volume's scale; with a transfer function, optical "
                  "depth (and light) of a standard step")
-      ->check(CLI::NonNegativeNumber.description(""))
+      ->check(cli::check_non_negative)
       ->capture_default_str()
       ->group(error);
   app.add_option("--epsilon-scale", o.epsilon_scale, "value, or byte: epsilon / 255 of the value range (of 1, with a transfer function)")
@@ -153,6 +153,10 @@ void report(const index::IndexVolume& index, cli::Record& record) {
 
 int work(const Options& o, cli::Record& record) {
   (void)energy_share(o.relevance);
+  if (!io::is_standard_stream(o.output) && o.output.extension() != ".nrrd") {
+    throw Error(o.output.string() + ": an index volume goes to a .nrrd file, or to - (standard output)");
+  }
+  io::require_writable(o.output);
   record.input(o.input);
   const auto coefficients = record.timed("read", [&] { return io::read_coefficients(o.input); });
   std::visit(

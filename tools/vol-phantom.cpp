@@ -2,6 +2,7 @@
 //   vol-phantom protein --dims 64x64x64 --type u8 -o protein.nrrd
 //   vol-phantom noise --seed 7 --spacing 1,1,2.5 -o - | vol-info -
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/volume_input.h"
+#include "io/any_volume.h"
 #include "volume/analytic_field.h"
 
 namespace {
@@ -72,11 +74,13 @@ void declare(CLI::App& app, Options& o) {
       ->type_name("LO,HI")
       ->group("Values");
   app.add_option("--seed", o.seed, "Seed of gaussians, protein and noise")
+      ->check(cli::check_whole_number)
       ->capture_default_str()
       ->group("Values");
 }
 
 int make_phantom(const Options& o, cli::Record& record) {
+  io::require_volume_output(o.output, o.format);
   volume::AnalyticOptions options;
   options.seed = o.seed;
   options.geometry.dims = cli::parse_dims("--dims", o.dims);
@@ -87,7 +91,9 @@ int make_phantom(const Options& o, cli::Record& record) {
   volume::Range scale = volume::default_scale(field, type);
   if (!o.scale_range.empty()) {
     scale = {o.scale_range[0], o.scale_range[1]};
-    if (!(scale.min < scale.max)) throw Error("--scale-range: expected LO < HI");
+    if (!(scale.min < scale.max && std::isfinite(scale.max - scale.min))) {
+      throw Error("--scale-range: expected finite LO < HI");
+    }
   }
   auto phantom = record.repeated("sample", [&] { return volume::sampled_volume(field, type, scale); });
   record.seed(o.seed);

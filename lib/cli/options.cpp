@@ -40,7 +40,8 @@ bool parse(const std::string& text, T& value) {
 Dims parse_dims(const std::string& option, const std::string& text) {
   const auto parts = split(text, 'x');
   Dims dims{};
-  if (parts.size() != 1 && parts.size() != 3) refuse(option, text, "NXxNYxNZ, such as 64x48x32, or N for a cube");
+  if (parts.size() != 1 && parts.size() != 3)
+    refuse(option, text, "NXxNYxNZ, such as 64x48x32, or N for a cube");
   for (std::size_t a = 0; a < 3; ++a) {
     if (!parse(parts[parts.size() == 3 ? a : 0], dims[a]) || dims[a] < 1) {
       refuse(option, text, "NXxNYxNZ, such as 64x48x32, each at least 1");
@@ -77,8 +78,8 @@ Vec3 parse_vec3(const std::string& option, const std::string& text) {
 std::array<double, 2> parse_view(const std::string& option, const std::string& text) {
   const auto parts = split(text, ',');
   std::array<double, 2> view{};
-  if (parts.size() != 2 || !parse(parts[0], view[0]) || !parse(parts[1], view[1]) || !std::isfinite(view[0]) ||
-      !(std::abs(view[1]) <= 90)) {
+  if (parts.size() != 2 || !parse(parts[0], view[0]) || !parse(parts[1], view[1]) ||
+      !std::isfinite(view[0]) || !(std::abs(view[1]) <= 90)) {
     refuse(option, text, "AZIMUTH,ELEVATION in degrees, elevation from -90 to 90");
   }
   return view;
@@ -105,10 +106,31 @@ Region parse_region(const std::string& option, const std::string& text) {
 double parse_step(const std::string& option, const std::string& text, double smallest_spacing) {
   const bool in_voxels = text.ends_with('v');
   double step = 0;
-  if (!parse(in_voxels ? text.substr(0, text.size() - 1) : text, step) || !(step > 0) || !std::isfinite(step)) {
+  if (!parse(in_voxels ? text.substr(0, text.size() - 1) : text, step) || !(step > 0) ||
+      !std::isfinite(step)) {
     refuse(option, text, "a positive world length, or multiples of the smallest spacing such as 0.5v");
   }
   return in_voxels ? step * smallest_spacing : step;
+}
+
+std::string check_positive(const std::string& text) {
+  double x = 0;
+  return parse(text, x) && x > 0 && std::isfinite(x) ? "" : "expected a positive number, got " + text;
+}
+
+std::string check_non_negative(const std::string& text) {
+  double x = 0;
+  return parse(text, x) && x >= 0 ? "" : "expected a number of at least 0, got " + text;
+}
+
+std::string check_finite(const std::string& text) {
+  double x = 0;
+  return parse(text, x) && std::isfinite(x) ? "" : "expected a finite number, got " + text;
+}
+
+std::string check_whole_number(const std::string& text) {
+  std::int64_t n = 0;
+  return parse(text, n) && n >= 0 ? "" : "expected a whole number from 0 to 2^63 - 1, got " + text;
 }
 
 }  // namespace vol::cli

@@ -28,4 +28,11 @@ struct Region {
 /// "0.5" (world length) or "0.5v" (multiples of the smallest spacing); positive.
 [[nodiscard]] double parse_step(const std::string& option, const std::string& text, double smallest_spacing);
 
+// Checks for CLI11 (Option::check): empty, or what was expected. Unlike CLI11's own they refuse NaN and say
+// it short.
+[[nodiscard]] std::string check_positive(const std::string& text);      ///< finite, > 0
+[[nodiscard]] std::string check_non_negative(const std::string& text);  ///< >= 0, infinity too
+[[nodiscard]] std::string check_finite(const std::string& text);
+[[nodiscard]] std::string check_whole_number(const std::string& text);  ///< 0 to 2^63 - 1
+
 }  // namespace vol::cli

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <optional>
 
 #include "base/error.h"
 #include "base/parallel.h"
@@ -48,6 +49,7 @@ void add_common_options(CLI::App& app, const ToolInfo& tool, CommonOptions& comm
       std::string(tool.name) + " (precis) " + std::string(version()) + " " + std::string(commit()),
       "Print the version and exit");
   app.set_config("--config", "", "Read options from a file (TOML: option = value)");
+  app.allow_config_extras(CLI::config_extras_mode::error);
   app.add_option("--stats", common.stats,
                  "Write the stats record of the run as JSON to FILE, - for standard error")
       ->type_name("FILE");
@@ -79,21 +81,40 @@ void add_common_options(CLI::App& app, const ToolInfo& tool, CommonOptions& comm
   app.get_formatter()->column_width(30);
 }
 
-void write_stats(const Record& record, const std::string& path) {
-  if (path.empty()) return;
-  const std::string text = Runner::to_json(record).dump(2) + "\n";
-  if (io::is_standard_stream(path)) {
-    std::fputs(text.c_str(), stderr);
-    return;
+/// The file of --stats, opened before the work, so that a place that cannot be written costs nothing.
+class Stats {
+ public:
+  explicit Stats(const std::string& path) : is_asked_for_(!path.empty()) {
+    if (is_asked_for_ && !io::is_standard_stream(path)) file_.emplace(path);
   }
-  io::OutputFile file(path);
-  file.write(std::string_view(text));
-  file.commit();
+  void write(const Record& record) {
+    if (!is_asked_for_) return;
+    const auto replace = nlohmann::json::error_handler_t::replace;  // a path may be no UTF-8
+    const std::string text = Runner::to_json(record).dump(2, ' ', false, replace) + "\n";
+    if (!file_) {
+      std::fputs(text.c_str(), stderr);
+      return;
+    }
+    file_->write(std::string_view(text));
+    file_->commit();
+  }
+
+ private:
+  bool is_asked_for_;
+  std::optional<io::OutputFile> file_;
+};
+
+/// One line, whatever a library's exception holds.
+int complain(const char* tool, std::string message) {
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  while (message.ends_with(' ')) message.pop_back();
+  std::fprintf(stderr, "%s: %s\n", tool, message.c_str());
+  return kCouldNot;
 }
 
-int complain(const char* tool, const char* message) {
-  std::fprintf(stderr, "%s: %s\n", tool, message);
-  return kCouldNot;
+/// Whether all that was printed is out; a flush alone forgets what failed before it.
+bool said_all() {
+  return std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
 }
 
 constexpr std::size_t kHelpColumns = 100, kHelpTextColumn = 30;
@@ -137,14 +158,18 @@ int usage_error(const CLI::App& app, const ToolInfo& tool, const CLI::ParseError
     } else {
       std::fputs(wrap_help(app.help()).c_str(), stdout);
     }
-    return std::fflush(stdout) == 0 ? kDone : kCouldNot;
+    return said_all() ? kDone : complain(tool.name, "cannot write to standard output");
   }
-  std::string message = error.what();
-  for (char& c : message) {
-    if (c == '\n') c = ' ';
+  return complain(tool.name, std::string(error.what()) + " (see " + tool.name + " --help)");
+}
+
+/// CLI11 takes an empty value for 0; nothing here has a use for one.
+void refuse_empty_values(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options()) {
+    for (const auto& value : option->results()) {
+      if (value.empty()) throw Error(option->get_name() + ": the value is empty");
+    }
   }
-  std::fprintf(stderr, "%s: %s (see %s --help)\n", tool.name, message.c_str(), tool.name);
-  return kCouldNot;
 }
 
 /// Does the work with its progress on standard error; the line is gone before anything else is said.
@@ -169,6 +194,7 @@ int run(CLI::App& app, const ToolInfo& tool, int argc, char** argv, const std::f
   try {
     add_common_options(app, tool, common);
     app.parse(argc, argv);
+    refuse_empty_values(app);
     set_thread_count(common.threads);
     Runner::configure(record,
                       {.tool = tool.name,
@@ -178,9 +204,10 @@ int run(CLI::App& app, const ToolInfo& tool, int argc, char** argv, const std::f
                        .quiet = common.quiet,
                        .verbose = common.verbose},
                       app);
+    Stats stats(common.stats);
     const int status = watched(record, tool, common.quiet, work);
-    write_stats(record, common.stats);
-    if (std::fflush(stdout) != 0) throw Error("cannot write to standard output");
+    stats.write(record);
+    if (!said_all()) throw Error("cannot write to standard output");
     return status;
   } catch (const CLI::ParseError& error) {
     return usage_error(app, tool, error);

@@ -47,7 +47,7 @@ void add_volume_options(CLI::App& app, VolumeInput& input) {
       ->needs(dims)
       ->group(group);
   app.add_option("--raw-skip", input.raw_skip, "Bytes before the first voxel of headerless data")
-      ->check(CLI::NonNegativeNumber)
+      ->check(check_whole_number)
       ->capture_default_str()
       ->needs(dims)
       ->group(group);

@@ -1,6 +1,7 @@
 #include "io/any_volume.h"
 
 #include "base/error.h"
+#include "io/header_text.h"
 
 namespace vol::io {
 
@@ -21,6 +22,19 @@ volume::Volume read_any_volume(InputFile& file, const ReadOptions& options) {
     throw Error(display_name(path), e);
   }
   return volume;
+}
+
+void require_volume_output(const std::filesystem::path& path, const std::string& format) {
+  static const std::string known = "nrrd, nhdr, mha, mhd, vti, vdb, raw";
+  const bool to_stream = is_standard_stream(path);
+  std::string name = lower_case(format);
+  if (name.empty() && !to_stream) name = lower_case(path.extension().string()).erase(0, 1);
+  if (name.empty() && !to_stream) throw Error(path.string() + ": has no extension; give --format: " + known);
+  if (!name.empty() && (", " + known + ",").find(", " + name + ",") == std::string::npos) {
+    throw Error((to_stream ? "standard output" : path.string()) + ": cannot write the format '" + name +
+                "', expected one of " + known);
+  }
+  require_writable(path);
 }
 
 std::vector<std::string> write_any_volume(const std::filesystem::path& path, const volume::Volume& volume,

@@ -17,6 +17,7 @@ namespace vol::io {
 namespace {
 
 constexpr std::size_t kBufferSize = 1 << 16;
+constexpr std::size_t kLongestStem = 200;  // of a temporary name: most file systems end at 255 bytes
 
 // Uncommitted outputs, where a signal handler can read them: fixed memory, a slot is in use while its flag is
 // set, and the name is complete before the flag is.
@@ -44,6 +45,17 @@ void forget(const std::string& path) {
   }
 }
 
+std::string output_name(const std::filesystem::path& path) {
+  return is_standard_stream(path) ? "standard output" : path.string();
+}
+
+/// Where a name leads: a symbolic link stays one, and the file behind it is replaced.
+std::filesystem::path behind_links(const std::filesystem::path& path) {
+  std::error_code no_link;
+  const auto target = std::filesystem::canonical(path, no_link);
+  return no_link || !std::filesystem::is_symlink(path, no_link) ? path : target;
+}
+
 [[noreturn]] void fail(const std::string& name, const char* what) {
   throw Error(name + ": " + what + ": " + std::strerror(errno));
 }
@@ -62,7 +74,9 @@ void write_all(int descriptor, const char* data, std::size_t n, const std::strin
 
 }  // namespace
 
-bool is_standard_stream(const std::filesystem::path& path) { return path == "-"; }
+bool is_standard_stream(const std::filesystem::path& path) {
+  return path == "-";
+}
 
 std::string display_name(const std::filesystem::path& path) {
   return is_standard_stream(path) ? "standard input" : path.string();
@@ -140,7 +154,8 @@ std::size_t InputFile::read(void* to, std::size_t n) {
 void InputFile::read_exactly(void* to, std::size_t n) {
   const std::size_t got = read(to, n);
   if (got != n) {
-    throw Error(display_name(path_) + ": data ends after " + std::to_string(got) + " of " + std::to_string(n) + " bytes");
+    throw Error(display_name(path_) + ": data ends after " + std::to_string(got) + " of " +
+                std::to_string(n) + " bytes");
   }
 }
 
@@ -183,15 +198,17 @@ void InputFile::skip(std::int64_t n) {
 void InputFile::require(std::int64_t n) const {
   if (n < 0) throw Error(display_name(path_) + ": negative data size");
   if (size_ >= 0 && n > size_ - position_) {
-    throw Error(display_name(path_) + ": data ends after " + std::to_string(std::max<std::int64_t>(0, size_ - position_)) +
-                " of " + std::to_string(n) + " bytes");
+    throw Error(display_name(path_) + ": data ends after " +
+                std::to_string(std::max<std::int64_t>(0, size_ - position_)) + " of " + std::to_string(n) +
+                " bytes");
   }
 }
 
 std::vector<std::byte> InputFile::read_rest(std::int64_t limit) {
   std::vector<std::byte> bytes;
   std::size_t done = 0;
-  std::size_t room = size_ >= 0 ? static_cast<std::size_t>(std::min(limit, size_ - position_)) + 1 : kBufferSize;
+  std::size_t room =
+      size_ >= 0 ? static_cast<std::size_t>(std::min(limit, size_ - position_)) + 1 : kBufferSize;
   for (;;) {
     bytes.resize(done + room);
     done += read(bytes.data() + done, room);
@@ -221,10 +238,14 @@ OutputFile::OutputFile(const std::filesystem::path& path) : path_(path) {
     if (descriptor_ < 0) fail(path.string(), "cannot write");
     return;
   }
+  if (::access(path.c_str(), F_OK) == 0 && ::access(path.c_str(), W_OK) != 0)
+    fail(path.string(), "cannot write");
+  place_ = behind_links(path);
   // Process and object make the name unique; the final extension stays, for libraries that choose by it.
-  temporary_ = path.parent_path() / ("." + path.stem().string() + "." + std::to_string(::getpid()) + "." +
-                                     std::to_string(reinterpret_cast<std::uintptr_t>(this) >> 4 & 0xffff) + ".partial" +
-                                     path.extension().string());
+  temporary_ = place_.parent_path() /
+               ("." + place_.stem().string().substr(0, kLongestStem) + "." + std::to_string(::getpid()) +
+                "." + std::to_string(reinterpret_cast<std::uintptr_t>(this) >> 4 & 0xffff) + ".partial" +
+                place_.extension().string());
   remember(temporary_.string());
   descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor_ < 0) {
@@ -252,14 +273,14 @@ void OutputFile::write(const void* data, std::size_t n) {
   }
   flush();
   if (n >= kBufferSize) {
-    write_all(descriptor_, bytes, n, path_.string());
+    write_all(descriptor_, bytes, n, output_name(path_));
   } else {
     buffer_.assign(bytes, bytes + n);
   }
 }
 
 void OutputFile::flush() {
-  write_all(descriptor_, buffer_.data(), buffer_.size(), is_standard_stream(path_) ? "standard output" : path_.string());
+  write_all(descriptor_, buffer_.data(), buffer_.size(), output_name(path_));
   buffer_.clear();
 }
 
@@ -269,7 +290,7 @@ void OutputFile::commit() {
   if (temporary_.empty()) return;
   const bool closed = ::close(descriptor_) == 0;
   descriptor_ = -1;
-  if (!closed || ::rename(temporary_.c_str(), path_.c_str()) != 0) {
+  if (!closed || ::rename(temporary_.c_str(), place_.c_str()) != 0) {
     const int reason = errno;
     ::unlink(temporary_.c_str());
     forget(temporary_.string());
@@ -277,6 +298,18 @@ void OutputFile::commit() {
     fail(path_.string(), "cannot write");
   }
   forget(temporary_.string());
+}
+
+void require_writable(const std::filesystem::path& path) {
+  if (is_standard_stream(path)) return;
+  if (std::filesystem::is_directory(path))
+    throw Error(path.string() + ": is a folder, expected a file to write");
+  const auto folder = behind_links(path).parent_path();
+  const bool exists = ::access(path.c_str(), F_OK) == 0;
+  if (exists && ::access(path.c_str(), W_OK) != 0) fail(path.string(), "cannot write");
+  const bool is_in_place = exists && !std::filesystem::is_regular_file(path);  // a device or a pipe
+  if (!is_in_place && ::access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) != 0)
+    fail(path.string(), "cannot write");
 }
 
 void remove_uncommitted_outputs() noexcept {

@@ -82,6 +82,7 @@ class OutputFile {
 
  private:
   std::filesystem::path path_;
+  std::filesystem::path place_;  // what path_ leads to
   std::filesystem::path temporary_;
   int descriptor_ = -1;
   std::int64_t written_ = 0;
@@ -89,6 +90,10 @@ class OutputFile {
   std::vector<char> buffer_;
   void flush();
 };
+
+/// Throws vol::Error where a file could not be written at all: its folder is missing or closed, it is a folder or
+/// write-protected. For tools to ask before long work; a full disk shows later.
+void require_writable(const std::filesystem::path& path);
 
 /// Removes every uncommitted output of this process. Async-signal-safe; called by the signal handler.
 void remove_uncommitted_outputs() noexcept;

@@ -93,6 +93,10 @@ void initialize() {
   (void)done;
 }
 
+std::string output_name(const std::filesystem::path& path) {
+  return is_standard_stream(path) ? "standard output" : path.string();
+}
+
 /// Runs work on a file; every failure becomes one line that names it.
 template <class Work>
 auto guarded(const std::string& name, Work&& work) {
@@ -329,7 +333,7 @@ Volume volume_from(const Archive& archive, const VdbOptions& options) {
 template <class T>
 void write_decomposition(const std::filesystem::path& path, const wavelet::Decomposition<T>& decomposition,
                          const Attributes& attributes) {
-  guarded(path.string(), [&] {
+  guarded(output_name(path), [&] {
     initialize();
     Metadata metadata = attributes;
     put_decomposition(metadata, decomposition);
@@ -388,7 +392,7 @@ volume::Volume read_vdb_volume(InputFile& file, const VdbOptions& options) {
 }
 
 void write_vdb_volume(const std::filesystem::path& path, const volume::Volume& volume) {
-  guarded(path.string(), [&] {
+  guarded(output_name(path), [&] {
     initialize();
     const VoxelType type = volume.voxel_type();
     const GridGeometry& geometry = volume.geometry();

@@ -24,6 +24,7 @@ std::string format_of(const std::filesystem::path& path, const std::string& form
 
 void require_image_format(const std::filesystem::path& path, const std::string& format) {
   (void)format_of(path, format);
+  require_writable(path);
 }
 
 void write_image(const std::filesystem::path& path, const image::Image& image, const std::string& format,

@@ -2,9 +2,17 @@
 
 #include "base/checked.h"
 #include "base/compensated_sum.h"
+#include "base/error.h"
 
 namespace vol {
 namespace {
+
+TEST(Error, NamesItsContextOnce) {
+  const Error cause("a.nrrd: data end early");
+  EXPECT_STREQ(Error("a.nrrd", cause).what(), "a.nrrd: data end early");
+  EXPECT_STREQ(Error("b.nrrd", cause).what(), "b.nrrd: a.nrrd: data end early");
+  EXPECT_STREQ(Error("a", cause).what(), "a: a.nrrd: data end early");
+}
 
 TEST(CheckedCount, MultipliesBeyond32Bits) { EXPECT_EQ(checked_count({1291, 1291, 1291}), 2151685171); }
 

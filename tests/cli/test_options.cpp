@@ -9,7 +9,8 @@ namespace {
 TEST(ParseDims, XyzOrderOrCube) {
   EXPECT_EQ(parse_dims("--dims", "3x4x5"), (Dims{3, 4, 5}));
   EXPECT_EQ(parse_dims("--dims", "7"), (Dims{7, 7, 7}));
-  for (const char* bad : {"", "3x4", "3x4x0", "3x4x-5", "axbxc", "3x4x5x6", "3.5", "99999999x99999999x99999999"}) {
+  for (const char* bad :
+       {"", "3x4", "3x4x0", "3x4x-5", "axbxc", "3x4x5x6", "3.5", "99999999x99999999x99999999"}) {
     EXPECT_THROW((void)parse_dims("--dims", bad), Error) << bad;
   }
 }
@@ -35,6 +36,19 @@ TEST(ParseRegion, HalfOpenBoxOfVoxels) {
   EXPECT_EQ(region.upper[2], 5);
   EXPECT_THROW((void)parse_region("--region", "0,0,0:3,0,3"), Error);
   EXPECT_THROW((void)parse_region("--region", "0,0,0"), Error);
+}
+
+TEST(Checks, TakeNumbersOfTheirRangeAlone) {
+  for (const char* good : {"1", "+2.5", "1e-300"}) EXPECT_EQ(check_positive(good), "") << good;
+  for (const char* bad : {"0", "-1", "nan", "inf", "1e999", "", "1x"})
+    EXPECT_NE(check_positive(bad), "") << bad;
+  for (const char* good : {"0", "inf", "3"}) EXPECT_EQ(check_non_negative(good), "") << good;
+  for (const char* bad : {"-1e-9", "nan", "-inf", ""}) EXPECT_NE(check_non_negative(bad), "") << bad;
+  for (const char* good : {"0", "-4e5"}) EXPECT_EQ(check_finite(good), "") << good;
+  for (const char* bad : {"inf", "nan", "1e999"}) EXPECT_NE(check_finite(bad), "") << bad;
+  for (const char* good : {"0", "9223372036854775807"}) EXPECT_EQ(check_whole_number(good), "") << good;
+  for (const char* bad : {"-1", "1.5", "9223372036854775808", ""})
+    EXPECT_NE(check_whole_number(bad), "") << bad;
 }
 
 TEST(Errors, NameTheOptionAndWhatIsExpected) {

@@ -21,7 +21,9 @@ class FileTest : public ::testing::Test {
     std::ifstream in(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
   }
-  std::size_t entries() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {})); }
+  std::size_t entries() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {}));
+  }
 };
 
 TEST_F(FileTest, OutputAppearsOnlyWhenCommitted) {
@@ -40,6 +42,47 @@ TEST_F(FileTest, OutputAppearsOnlyWhenCommitted) {
   EXPECT_EQ(content(path), "old");
   out.commit();
   EXPECT_EQ(content(path), "new" + large);
+  EXPECT_EQ(entries(), 1u);
+}
+
+TEST_F(FileTest, ALinkStaysALinkAndTheFileBehindItIsReplaced) {
+  fs::create_directory(folder / "far");
+  std::ofstream(folder / "far" / "a.bin") << "old";
+  fs::create_symlink(fs::path("far") / "a.bin", folder / "link.bin");
+  OutputFile out(folder / "link.bin");
+  out.write(std::string_view("new"));
+  out.commit();
+  EXPECT_TRUE(fs::is_symlink(folder / "link.bin"));
+  EXPECT_EQ(content(folder / "far" / "a.bin"), "new");
+}
+
+TEST_F(FileTest, TheLongestNameTheFileSystemTakesIsWritten) {
+  const auto path = folder / (std::string(251, 'n') + ".bin");
+  OutputFile out(path);
+  out.write(std::string_view("x"));
+  out.commit();
+  EXPECT_EQ(content(path), "x");
+}
+
+TEST_F(FileTest, AWriteProtectedFileIsNotReplaced) {
+  if (::geteuid() == 0) GTEST_SKIP() << "root may write everything";
+  const auto path = folder / "kept.bin";
+  std::ofstream(path) << "old";
+  fs::permissions(path, fs::perms::owner_read);
+  EXPECT_THROW(OutputFile{path}, Error);
+  EXPECT_EQ(content(path), "old");
+}
+
+TEST_F(FileTest, WhatCannotBeWrittenIsToldBeforehand) {
+  std::ofstream(folder / "a.bin") << "old";
+  for (const fs::path& good :
+       {folder / "a.bin", folder / "new.bin", fs::path("new.bin"), fs::path("-"), fs::path("/dev/full")}) {
+    EXPECT_NO_THROW(require_writable(good)) << good;
+  }
+  for (const fs::path& bad : {folder, folder / "none" / "a.bin", folder / "a.bin" / "b.bin"}) {
+    EXPECT_THROW(require_writable(bad), Error) << bad;
+  }
+  EXPECT_EQ(content(folder / "a.bin"), "old");
   EXPECT_EQ(entries(), 1u);
 }
 
@@ -84,7 +127,8 @@ TEST_F(FileTest, ReadsLinesThenBytesThenSaysWhatIsMissing) {
     in.read_exactly(bytes.data(), bytes.size());
     FAIL();
   } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("data ends after 100000 of 100001 bytes"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("data ends after 100000 of 100001 bytes"), std::string::npos)
+        << e.what();
   }
   EXPECT_TRUE(in.at_end());
   EXPECT_THROW((void)in.read_line(), Error);

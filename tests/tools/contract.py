@@ -10,7 +10,9 @@ Prints a line for each broken promise; status 1 if there is any, 77 if a tool it
 import json
 import os
 import pathlib
+import pty
 import re
+import select
 import shlex
 import signal
 import subprocess
@@ -33,7 +35,7 @@ SMALL = {
     "img-compare": "{image} {image}",
 }
 LONG = {
-    "vol-phantom": "noise --dims 400x400x400 --type f64 -o out.nrrd",
+    "vol-phantom": "protein --dims 400x400x400 --type f64 -o out.nrrd",
     "vol-convert": "{volume} --resample 700x700x700 -o out.nrrd",
     "vol-dwt": "{big} -o out.vdb --wavelet battle-lemarie",
     "vol-raycast": "{volume} -o out.exr --size 512x512 --quadrature reference --tolerance 1e-12",
@@ -112,7 +114,17 @@ class Contract:
     def usage(self, folder):
         self.refuses("an unknown option is refused", self.run("--no-such-option", folder))
         self.refuses("no argument at all is refused", self.run("", folder))
-        self.refuses("a value that is no number is refused", self.run(self.small(folder) + " --threads many", folder))
+        small = self.small(folder)
+        self.refuses("a value that is no number is refused", self.run(small + " --threads many", folder))
+        self.refuses("an empty value is refused", self.run(small + " --threads ''", folder), "--threads")
+        (folder / "typing.toml").write_text("thraeds = 1\n")
+        self.refuses("an unknown option in --config is refused", self.run(small + " --config typing.toml", folder))
+        for arguments in ("--help", "--version"):
+            with open("/dev/full", "wb") as full:
+                done = subprocess.run([self.tool, arguments], cwd=folder, env=self.environment, stdout=full,
+                                      stderr=subprocess.PIPE, timeout=LIMIT)
+            self.expect(f"{arguments} to a full disk is an error of one line",
+                        done.returncode == 2 and len(done.stderr.splitlines()) == 1, done.returncode, done.stderr)
 
     def small_run(self, folder):
         command = self.small(folder)
@@ -194,6 +206,12 @@ class Contract:
         lines = done.stderr.decode().strip().splitlines()
         self.expect("a full disk is an error of one line", done.returncode == 2 and len(lines) == 1, done.returncode,
                     done.stderr.decode())
+        (folder / name).write_bytes(b"what was there before")
+        self.refuses("a stats record in no-such-folder is refused",
+                     self.run(f"{command} --stats no-such-folder/stats.json", folder), "no-such-folder/stats.json")
+        self.expect("a stats record that cannot be written leaves the old output alone",
+                    (folder / name).read_bytes() == b"what was there before")
+        (folder / name).unlink()
         strays = [path.name for path in folder.iterdir() if path.name not in self.inputs(folder)]
         self.expect("failed runs leave nothing behind", not strays, strays)
 
@@ -204,6 +222,10 @@ class Contract:
         if self.tool not in LONG:
             return
         command = self.small(folder, LONG[self.tool])
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self.interrupted_by(number, command, folder)
+
+    def interrupted_by(self, number, command, folder):
         before = set(os.listdir(folder))
         delay = 0.5
         for _ in range(6):
@@ -211,9 +233,10 @@ class Contract:
                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE)
             time.sleep(delay)
             if process.poll() is None:
-                process.send_signal(signal.SIGINT)
+                process.send_signal(number)
                 process.communicate(timeout=LIMIT)
-                self.expect("an interrupted run ends with 130", process.returncode == 130, process.returncode)
+                self.expect(f"a run ended by {number.name} has status {128 + number}",
+                            process.returncode == 128 + number, process.returncode)
                 left = set(os.listdir(folder)) - before
                 self.expect("an interrupted run leaves nothing", not left, left)
                 return
@@ -222,6 +245,30 @@ class Contract:
                 os.unlink(folder / name)
             delay /= 2
         self.expect("the long run lasts long enough to be interrupted", False, command)
+
+    def progress(self, folder):
+        """A bar on a terminal in long runs, gone at the end; none with --quiet; none without a terminal."""
+        if self.tool not in LONG:
+            return
+        command = self.small(folder, LONG[self.tool])
+        for options, shown in (("", True), (" --quiet", False)):
+            terminal, stderr = pty.openpty()
+            process = subprocess.Popen([self.tool, *shlex.split(command + options)], cwd=folder, env=self.environment,
+                                       stdout=subprocess.DEVNULL, stderr=stderr)
+            os.close(stderr)
+            time.sleep(1.6)
+            process.send_signal(signal.SIGINT)
+            process.wait(LIMIT)
+            said = b""
+            while select.select([terminal], [], [], 0)[0]:
+                try:
+                    said += os.read(terminal, 65536)
+                except OSError:  # the other end is closed
+                    break
+            os.close(terminal)
+            if process.returncode == 130:  # else it was done before there was anything to show
+                self.expect(f"a bar shows on a terminal: {shown}",
+                            (b"%," in said or b" s" in said) == shown and (not shown or said.endswith(b"\r\033[K")), said)
 
     def example(self, folder):
         """The example of --help runs as it stands, in a folder that holds the files it names."""
@@ -253,7 +300,7 @@ class Contract:
 
     def check(self):
         for promise in (self.help_and_version, self.usage, self.small_run, self.repeatable, self.stats, self.bad_files,
-                        self.bad_outputs, self.interrupted, self.example):
+                        self.bad_outputs, self.interrupted, self.progress, self.example):
             with tempfile.TemporaryDirectory() as folder:
                 try:
                     promise(pathlib.Path(folder))
