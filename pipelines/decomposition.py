@@ -24,8 +24,8 @@ interpolated on the front of cost over error between the two settings that brack
 setting named last is the one with the fewest samples, and the fastest may be another. `x` is the factor to the row above, `in
 all` to the first row. What is skipped is what the transfer function makes invisible (min-max macrocells), in every row
 but the first. Uniform steps: {steps}. Index: of the classified field, rule `segment`, look-ahead; wavelet, standard
-distance and epsilon as in the last column. Times are medians of {repeat} renderings; the index is built beforehand, once a
-scene.
+distance and epsilon as in the last column. Times are medians of {repeat} renderings by themselves: the index is
+built beforehand, once a scene, the macrocells once a volume.
 """
 
 
@@ -53,7 +53,7 @@ class Scene:
         compared = subprocess.run([f"{self.bin}/img-compare", image, self.truth, "--json", "--metric", "mse_byte"],
                                   check=True, capture_output=True, text=True)
         return {"label": label, "mse": json.loads(compared.stdout)["all"]["mse_byte"],
-                "samples": record["counts"]["samples"], "ms": 1e3 * record["time_s"]["compute"]}
+                "samples": record["counts"]["samples"], "ms": 1e3 * sweep.render_seconds(record)}
 
     def uniform(self, quadrature, step, *options):
         return self.render(f"{quadrature} {step}", "--quadrature", quadrature, "--step", step, *options)

@@ -37,7 +37,7 @@ def rows(settings):
         row["samples"] = str(stats["counts"]["samples"])
         row["mse_uniform"] = number(byte_scale_mse(errors[run.group][run.name]["uniform"]), 6)
         row["mse_truth"] = number(byte_scale_mse(errors[run.group][run.name]["truth"]), 6)
-        row["time_s"] = number(stats["time_s"]["compute"], 4)
+        row["time_s"] = number(sweep.render_seconds(stats), 4)
         if run.wavelet:
             row["index_s"] = number(load(folder / f"{run.name}.index.json")["time_s"]["compute"], 4)
             transform = load(out / "coefficients" / run.dataset / f"{run.wavelet}.json")

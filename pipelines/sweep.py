@@ -3,6 +3,7 @@
 Nothing of the algorithms lives here: a run is a name and the command-line options that the file gives for it.
 """
 
+import statistics
 import dataclasses
 import os
 import pathlib
@@ -102,3 +103,8 @@ def raycast(run, config, out):
     index = f" --index {out}/runs/{run.group}/{run.series}/{run.name}.nrrd" if run.wavelet else ""
     return (f"vol-raycast {volume(run.dataset, out)} --scene {scene(run.group)} --size {config['size']}"
             f" --quadrature {run.quadrature} --step {run.step}{index} {config['methods'][run.method].get('render', '')}")
+
+
+def render_seconds(stats):
+    """Median time of the rendering alone, of a stats record of vol-raycast: what is made once a volume is not in it."""
+    return statistics.median(stats["time_s"]["phases"]["render"])

@@ -126,16 +126,17 @@ io::SceneFile resolve(Options& o) {
   return file;
 }
 
-render::RenderResult cast(const volume::Volume& volume, const render::Scene& scene, const Options& o,
-                          const index::IndexVolume* index) {
+/// One picture; `prepared` for the packets, where they are asked for.
+render::RenderResult cast(const volume::Volume& volume, const render::PacketVolume* prepared,
+                          const render::Scene& scene, const Options& o, const index::IndexVolume* index) {
   if (o.render.quadrature == render::Quadrature::reference) {
     return render::raycast_reference(volume, scene, o.render);
   }
-  if (o.algorithm == "plain" && o.render.quadrature == render::Quadrature::split) {
+  if (prepared) return render::raycast_packet(*prepared, scene, o.render, index);
+  if (o.render.quadrature == render::Quadrature::split) {
     return render::raycast_split_plain(volume, scene, o.render);
   }
-  return o.algorithm == "plain" ? render::raycast_plain(volume, scene, o.render, index)
-                                : render::raycast_packet(volume, scene, o.render, index);
+  return render::raycast_plain(volume, scene, o.render, index);
 }
 
 void report(const render::RenderResult& result, const Options& o, cli::Record& record) {
@@ -186,7 +187,13 @@ int work(Options& o, cli::Record& record) {
   record.resolved("reconstruction", render::name(o.render.reconstruction));
   record.resolved("step_world", o.render.step);
 
-  auto result = record.repeated("render", [&] { return cast(volume, scene, o, index ? &*index : nullptr); });
+  std::optional<render::PacketVolume> prepared;
+  if (o.algorithm == "packet" && o.render.quadrature != render::Quadrature::reference) {
+    record.timed("prepare", [&] { prepared.emplace(volume, scene.model == render::Model::composite); });
+  }
+  auto result = record.repeated("render", [&] {
+    return cast(volume, prepared ? &*prepared : nullptr, scene, o, index ? &*index : nullptr);
+  });
   report(result, o, record);
   for (const auto& [key, value] : record.provenance()) result.image.attributes[key] = value;
   const Vec3& b = scene.background;

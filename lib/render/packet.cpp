@@ -27,12 +27,19 @@ bool is_native(VoxelType type) {
   return type == VoxelType::u8 || type == VoxelType::u16 || type == VoxelType::i16 || type == VoxelType::f32;
 }
 
-bool is_covered(const volume::Volume& volume, const RenderOptions& options) {
+bool is_covered(const volume::Volume& volume, const Scene& scene, const RenderOptions& options) {
   using volume::Reconstruction;
   if (options.quadrature == Quadrature::reference) return false;
   if (options.reconstruction != Reconstruction::nearest &&
       options.reconstruction != Reconstruction::trilinear) {
     return false;
+  }
+  if (options.quadrature == Quadrature::split) {
+    // An axis of one sample has no cells to go through.
+    const Dims& dims = volume.geometry().dims;
+    const bool flat = std::any_of(dims.begin(), dims.end(), [](std::int64_t n) { return n == 1; });
+    if (flat || scene.model != Model::composite || options.reconstruction == Reconstruction::nearest)
+      return false;
   }
   const volume::FieldBounds bounds = volume::field_bounds(volume.geometry());
   double diagonal = 0;  // of the box, at most
@@ -208,14 +215,16 @@ RenderResult otherwise(const volume::Volume& volume, const Scene& scene, const R
                                                  : raycast_plain(volume, scene, options, index);
 }
 
-RenderResult cast_covered(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
-                          const index::IndexVolume* index, const index::Macrocells* macrocells) {
-  if (!is_native(volume.voxel_type())) {
-    (void)volume::value_range(volume);
-    return cast_covered({volume::converted<float>(volume), {}}, scene, options, index, macrocells);
-  }
-  if (volume::is_floating_point(volume.voxel_type()))
-    (void)volume::value_range(volume);  // refuses NaN, infinity
+/// `options`, with the step that the packets take: split goes from cell to cell and measures lengths in
+/// voxels.
+RenderOptions packet_steps(RenderOptions options, const volume::GridGeometry& geometry) {
+  if (options.quadrature == Quadrature::split) options.step = geometry.spacing.minCoeff();
+  return options;
+}
+
+RenderResult cast_covered(const PacketVolume& prepared, const Scene& scene, const RenderOptions& options,
+                          const index::IndexVolume* index) {
+  const volume::Volume& volume = prepared.native();
   const volume::GridGeometry& geometry = volume.geometry();
   if (index && index->volume_dims() != geometry.dims) {
     throw Error("index volume was built for other dims than the volume's");
@@ -234,26 +243,25 @@ RenderResult cast_covered(const volume::Volume& volume, const Scene& scene, cons
   if (index) nibbles = set_index(*index, job);
   Visibility visible;
   if (scene.model == Model::composite) {
-    std::optional<index::Macrocells> own;
-    if (!macrocells) macrocells = &own.emplace(index::macrocells(volume));
+    const index::Macrocells& macrocells = prepared.macrocells();
     const double reference_length = resolved_reference_length(scene, geometry.spacing.minCoeff());
     const bool integral = job.type != PacketVoxels::f32;
-    if (!tabulate(Optics(scene.transfer, reference_length), macrocells->all, integral,
+    if (!tabulate(Optics(scene.transfer, reference_length), macrocells.all, integral,
                   options.step / reference_length, job.rule, job.transfer)) {
-      return otherwise(volume, scene, options, index);
+      return otherwise(prepared.original(), scene, options, index);
     }
     // A segment's pieces have an optical depth of at most log 2 each.
     if (job.rule >= PacketRule::preintegrated && job.transfer.steepest * job.longest_hop < -kMostPieces) {
-      return otherwise(volume, scene, options, index);
+      return otherwise(prepared.original(), scene, options, index);
     }
     if (scene.shading) set_shading(geometry, *scene.shading, job);
     // Preintegrated segments are left out between macrocells that touch: no step may pass over one.
     const bool touching =
         job.rule != PacketRule::preintegrated || options.step <= kTouching * geometry.spacing.minCoeff();
-    if (options.skip_empty && touching) visible = visibility(*macrocells, scene.transfer);
+    if (options.skip_empty && touching) visible = visibility(macrocells, scene.transfer);
     if (!visible.all_visible) job.distances = visible.distance.data();
-    job.macro_stride[1] = static_cast<std::int32_t>(macrocells->dims[0]);
-    job.macro_stride[2] = static_cast<std::int32_t>(macrocells->dims[0] * macrocells->dims[1]);
+    job.macro_stride[1] = static_cast<std::int32_t>(macrocells.dims[0]);
+    job.macro_stride[2] = static_cast<std::int32_t>(macrocells.dims[0] * macrocells.dims[1]);
   }
 
   const volume::FieldBounds bounds = volume::field_bounds(geometry);
@@ -273,24 +281,35 @@ RenderResult cast_covered(const volume::Volume& volume, const Scene& scene, cons
 
 }  // namespace
 
-RenderResult raycast_packet(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
-                            const index::IndexVolume* index, const index::Macrocells* macrocells) {
-  require_valid(options);
-  if (options.quadrature == Quadrature::split) {
-    if (index) throw Error("quadrature split goes from cell to cell and takes no index");
-    RenderOptions by_voxel = options;
-    by_voxel.step = volume.geometry().spacing.minCoeff();
-    // An axis of one sample has no cells to go through.
-    const Dims& dims = volume.geometry().dims;
-    const bool flat = std::any_of(dims.begin(), dims.end(), [](std::int64_t n) { return n == 1; });
-    if (flat || scene.model != Model::composite ||
-        options.reconstruction != volume::Reconstruction::trilinear || !is_covered(volume, by_voxel)) {
-      return raycast_split_plain(volume, scene, options);
-    }
-    return cast_covered(volume, scene, by_voxel, nullptr, macrocells);
+PacketVolume::PacketVolume(const volume::Volume& volume, bool macrocells) : volume_(volume) {
+  // Integers hold neither NaN nor infinity.
+  if (volume::is_floating_point(volume.voxel_type())) (void)volume::value_range(volume);
+  if (!is_native(volume.voxel_type())) {
+    converted_.emplace(volume::Volume{volume::converted<float>(volume), {}});
   }
-  if (!is_covered(volume, options)) return raycast_plain(volume, scene, options, index);
-  return cast_covered(volume, scene, options, index, macrocells);
+  if (macrocells) macrocells_.emplace(index::macrocells(native()));
+}
+
+const index::Macrocells& PacketVolume::macrocells() const {
+  if (!macrocells_) throw Error("a composite picture needs the volume's macrocells");
+  return *macrocells_;
+}
+
+RenderResult raycast_packet(const PacketVolume& volume, const Scene& scene, const RenderOptions& options,
+                            const index::IndexVolume* index) {
+  require_valid(options);
+  if (index && options.quadrature == Quadrature::split) {
+    throw Error("quadrature split goes from cell to cell and takes no index");
+  }
+  const RenderOptions stepped = packet_steps(options, volume.original().geometry());
+  if (!is_covered(volume.original(), scene, stepped))
+    return otherwise(volume.original(), scene, options, index);
+  return cast_covered(volume, scene, stepped, index);
+}
+
+RenderResult raycast_packet(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
+                            const index::IndexVolume* index) {
+  return raycast_packet(PacketVolume(volume, scene.model == Model::composite), scene, options, index);
 }
 
 }  // namespace vol::render

@@ -67,6 +67,7 @@ HWY_INLINE F pass_piece(const PacketTransfer& t, const F* values, F length, cons
   F mean = hn::Zero(DF());
   for (int i = 0; i < kNodes; ++i) {
     look_up<kChannels>(t, values[i], y[i], q[i]);
+    y[i] = hn::Min(y[i], hn::Zero(DF()));  // beside a cut, rounding may take the neighbour's line
     shade(i, q[i]);
     mean = hn::MulAdd(constant(G::weight[i]), y[i], mean);
   }

@@ -70,8 +70,9 @@ void cast(benchmark::State& state, bool sharp, render::Quadrature quadrature, bo
   if (shaded) s.shading = render::Shading{};
   const auto o = options(quadrature, skip);
   std::int64_t samples = 0;
+  const render::PacketVolume prepared(volume);
   for (auto _ : state) {
-    const auto result = render::raycast_packet(volume, s, o);
+    const auto result = render::raycast_packet(prepared, s, o);
     samples += result.counts.samples;
     benchmark::DoNotOptimize(result.image.pixels.data());
   }
@@ -103,6 +104,7 @@ int frames(int argc, char** argv) {
     return 2;
   render::Scene s = scene(std::string(argv[4]) == "sharp", static_cast<double>(n - 1));
   set_thread_count(std::stoi(argv[5]));
+  const render::PacketVolume prepared(volume);
   char line[256], rule[32];
   double azimuth = 0;
   int skip = 0, shaded = 0;
@@ -115,7 +117,7 @@ int frames(int argc, char** argv) {
         std::strcmp(rule, "rectangle") == 0 ? render::Quadrature::rectangle : render::Quadrature::trapezoid,
         skip != 0);
     const Timer timer;
-    const auto result = render::raycast_packet(volume, s, o);
+    const auto result = render::raycast_packet(prepared, s, o);
     const double seconds = timer.seconds();
     double grey = 0;
     for (int y = 0; y < o.height; ++y) {
