@@ -3,10 +3,10 @@
 Nothing of the algorithms lives here: a run is a name and the command-line options that the file gives for it.
 """
 
-import statistics
 import dataclasses
 import os
 import pathlib
+import statistics
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
