@@ -11,8 +11,8 @@ namespace vol::render {
 /// How far it is from each macrocell to one that the transfer function may make visible.
 ///
 /// distance 0: visible; D > 0: every macrocell less than D away (largest of the three differences of index,
-/// Chebyshev) is invisible, so that a ray may leave all (2 D - 1)^3 of them behind at once (Zuiderveld et al.
-/// 1992). At most 255, which stands for any larger distance too.
+/// Chebyshev) is invisible, so that a ray may leave all (2 D - 1)^3 of them behind at once (Sramek and
+/// Kaufman 2000). At most 255, which stands for any larger distance too.
 struct Visibility {
   Dims dims{0, 0, 0};
   Buffer<std::uint8_t> distance;
