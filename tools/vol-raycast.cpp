@@ -2,6 +2,7 @@
 //   vol-raycast head.nrrd -o head.exr --scene configs/scenes/ct-head.yaml --size 512x512 --stats head.json
 //   vol-raycast head.nrrd -o truth.exr --scene configs/scenes/ct-head.yaml --quadrature reference --tolerance
 //   1e-8
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -9,6 +10,8 @@
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/volume_input.h"
+#include "index/build_index.h"
+#include "index/classify.h"
 #include "io/index.h"
 #include "io/scene.h"
 #include "io/write_image.h"
@@ -22,7 +25,8 @@ using namespace vol;
 
 struct Options {
   cli::VolumeInput input;
-  std::filesystem::path output, scene, index;
+  std::filesystem::path output, scene, index, index_output;
+  double epsilon = 0.016;
   std::string format, view, size = "512x512", model, quadrature, step, reconstruction, algorithm = "packet";
   std::optional<double> width, fov;
   render::RenderOptions render;
@@ -38,7 +42,12 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--format", o.format, "exr or png [by extension; exr]")->group("Files");
   app.add_option("--scene", o.scene, "Scene (YAML); without it a grey ramp over the volume's range")
       ->group("Files");
-  app.add_option("--index", o.index, "Index volume of vol-index: where steps may be longer")->group("Files");
+  app.add_option(
+         "--index", o.index,
+         "Index volume of vol-index: where steps may be longer; auto: made for this scene, by --epsilon")
+      ->group("Files");
+  app.add_option("--index-output", o.index_output, "Where to keep the index that --index auto makes (.nrrd)")
+      ->group("Files");
 
   const char* picture = "Picture (overrules the scene)";
   app.add_option("--size", o.size, "WIDTHxHEIGHT in pixels")->capture_default_str()->group(picture);
@@ -69,6 +78,11 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--step", o.step,
                  "Between samples: world length, or 0.5v for half the smallest spacing [0.5v]")
       ->group(accuracy);
+  app.add_option("--epsilon", o.epsilon,
+                 "Index auto: optical depth of a standard step (--step) below which a detail does not count")
+      ->check(cli::check_non_negative)
+      ->capture_default_str()
+      ->group(accuracy);
   app.add_option("--reconstruction", o.reconstruction,
                  "nearest, trilinear, catmull-rom, b-spline [trilinear]")
       ->check(CLI::IsMember({"nearest", "trilinear", "catmull-rom", "b-spline"}))
@@ -81,6 +95,17 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--termination", o.render.termination,
                  "End a ray at this transmittance, 0 to 1; 0 for truth")
       ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str()
+      ->group(accuracy);
+  app.add_option(
+         "--image-step", o.render.image_step,
+         "Rays at every so many pixels (2, 4 .. 64) and where these do not suffice, the rest interpolated")
+      ->check(CLI::IsMember({1, 2, 4, 8, 16, 32, 64}))
+      ->capture_default_str()
+      ->group(accuracy);
+  app.add_option("--image-tolerance", o.render.image_tolerance,
+                 "With --image-step: by how much interpolation may miss a ray, on the colour scale")
+      ->check(cli::check_non_negative)
       ->capture_default_str()
       ->group(accuracy);
   app.add_flag("--no-skip", o.no_skip, "Sample also what the transfer function makes invisible")
@@ -139,6 +164,32 @@ render::RenderResult cast(const volume::Volume& volume, const render::PacketVolu
   return render::raycast_plain(volume, scene, o.render, index);
 }
 
+/// The index of the field as the scene's transfer function shows it (vol-index --scene), for the step asked
+/// for.
+index::IndexVolume index_of_scene(const volume::Volume& volume, const render::Scene& scene,
+                                  const Options& o) {
+  if (scene.model != render::Model::composite) throw Error("--index auto: the model must be composite");
+  // As many levels as the longest axis has, at most 4: a coefficient of level 4 spans 16 voxels.
+  const Dims& dims = volume.geometry().dims;
+  const std::int64_t longest = std::max({dims[0], dims[1], dims[2]});
+  int levels = 0;
+  while (levels < 4 && (longest >> (levels + 1)) > 0) ++levels;
+  index::SignificanceOptions significance;
+  significance.epsilon = o.epsilon;
+  significance.rule = index::Rule::segment;
+  significance.energy_share = 0.99;
+  index::IndexOptions options;
+  options.standard_distance = o.render.step;
+  options.reconstruction = o.render.reconstruction;
+  wavelet::DwtOptions dwt;
+  dwt.wavelet = "haar";
+  dwt.levels = levels;
+  return index::build_index(
+      index::significant_classified_details(volume, scene.transfer, scene.reference_length,
+                                            options.standard_distance, dwt, significance),
+      volume.geometry(), options);
+}
+
 void report(const render::RenderResult& result, const Options& o, cli::Record& record) {
   record.count("rays", result.counts.rays);
   record.count("samples", result.counts.samples);
@@ -167,9 +218,12 @@ int work(Options& o, cli::Record& record) {
   if (scene.reference_length == 0) scene.reference_length = spacing;
 
   std::optional<index::IndexVolume> index;
-  if (!o.index.empty()) {
-    if (o.render.quadrature >= render::Quadrature::split)
-      throw Error("--index: quadratures split and reference take no steps");
+  const bool automatic = o.index == "auto";
+  if (!o.index.empty() && o.render.quadrature >= render::Quadrature::split) {
+    throw Error("--index: quadratures split and reference take no steps");
+  }
+  if (!o.index_output.empty() && !automatic) throw Error("--index-output keeps the index of --index auto");
+  if (!o.index.empty() && !automatic) {
     record.input(o.index);
     auto read = record.timed("read", [&] { return io::read_index(o.index); });
     index = std::move(read.index);
@@ -181,6 +235,10 @@ int work(Options& o, cli::Record& record) {
   if (index && std::abs(o.render.step / index->standard_distance() - 1) > 1e-6) {
     record.warn("--step differs from the index's standard distance, " +
                 std::to_string(index->standard_distance()) + ": its bound does not hold");
+  }
+  if (automatic) {
+    index = record.timed("index", [&] { return index_of_scene(volume, scene, o); });
+    record.count("index_bytes", static_cast<std::int64_t>(index->nibbles().size()));
   }
   record.resolved("scene", io::to_json(scene));
   record.resolved("quadrature", render::name(o.render.quadrature));
@@ -199,6 +257,11 @@ int work(Options& o, cli::Record& record) {
   const Vec3& b = scene.background;
   result.image.attributes["precis.background"] = nlohmann::json{b[0], b[1], b[2]}.dump();
   record.timed("write", [&] { io::write_image(o.output, result.image, o.format, {b[0], b[1], b[2]}); });
+  if (!o.index_output.empty()) {
+    record.timed("write",
+                 [&] { io::write_index(o.index_output, *index, volume.geometry(), record.provenance()); });
+    record.output(o.index_output);
+  }
   record.output(o.output);
   return 0;
 }

@@ -50,15 +50,26 @@ struct RenderOptions {
   int nodes = 3;             ///< split: Gauss nodes a piece, 1 to 3
   double tolerance = 1e-10;  ///< reference quadrature: absolute error of a pixel, on the colour scale
   double termination = 0;    ///< stop a ray once its transmittance is at most this; 0 for truth
-  bool skip_empty = true;    ///< do not sample what the transfer function makes invisible
+  int image_step = 1;        ///< rays at every so many pixels, and where these do not suffice (refinement.h)
+  double image_tolerance = 1e-3;  ///< by how much interpolation may miss a ray, in units of the channels
+  bool skip_empty = true;         ///< do not sample what the transfer function makes invisible
 };
 
 struct RenderCounts {
   std::int64_t rays = 0;     ///< rays that meet the field's box
-  std::int64_t samples = 0;  ///< reconstructions of f
+  std::int64_t samples = 0;  ///< reconstructions of f; split: cells and Gauss nodes
   std::int64_t gradients = 0;
-  std::int64_t skipped = 0;     ///< nodes not sampled because nothing around them is visible
+  std::int64_t skipped = 0;     ///< nodes not sampled because nothing around them is visible; split: leaps
   std::int64_t terminated = 0;  ///< rays ended early
+
+  RenderCounts& operator+=(const RenderCounts& other) {
+    rays += other.rays;
+    samples += other.samples;
+    gradients += other.gradients;
+    skipped += other.skipped;
+    terminated += other.terminated;
+    return *this;
+  }
 };
 
 }  // namespace vol::render

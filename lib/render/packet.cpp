@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "base/error.h"
@@ -11,6 +12,7 @@
 #include "render/packet_rays.h"
 #include "render/packet_transfer.h"
 #include "render/picture.h"
+#include "render/refinement.h"
 #include "render/shading.h"
 #include "render/visibility.h"
 #include "volume/grid_sampler.h"
@@ -20,7 +22,7 @@ namespace {
 
 using volume::VoxelType;
 
-constexpr float kMostPieces = 64;
+constexpr double kMostPieces = 64;
 constexpr double kTouching = index::Macrocells::kEdge;
 
 bool is_native(VoxelType type) {
@@ -131,16 +133,21 @@ struct Picture {
   image::Image& image;
 };
 
-/// One packet at pixel (x0, y0), w x h pixels of lanes.
-void cast_packet(const Picture& picture, int x0, int y0, int w, int h, PacketRays& rays, PacketPixels& pixels,
-                 RenderCounts& counts) {
+void add_counts(RenderCounts& sum, const RenderCounts& counts) {
+  sum += counts;
+}
+
+/// One packet: a ray for each of at most packet_lanes() pixels.
+void cast_packet(const Picture& picture, std::span<const PixelPosition> positions, PacketRays& rays,
+                 PacketPixels& pixels, RenderCounts& counts) {
   PacketRayMaker::Lane lanes[kMaxLanes];
+  const int count = static_cast<int>(positions.size());
   bool any = false;
-  for (int lane = 0; lane < w * h; ++lane) {
-    const int x = x0 + lane % w, y = y0 + lane / w;
+  for (int lane = 0; lane < packet_lanes(); ++lane) {
     lanes[lane] = {};
-    if (x < picture.options.width && y < picture.options.height) {
-      lanes[lane] = picture.maker.make(x, y, lane, rays);
+    if (lane < count) {
+      const PixelPosition& p = positions[static_cast<std::size_t>(lane)];
+      lanes[lane] = picture.maker.make(p.x, p.y, lane, rays);
     } else {
       PacketRayMaker::clear(lane, rays);
     }
@@ -152,9 +159,9 @@ void cast_packet(const Picture& picture, int x0, int y0, int w, int h, PacketRay
   const auto cast = model == Model::composite ? composite : model == Model::xray ? cast_xray : cast_mip;
   cast(picture.job, rays, pixels);
   const double scale = model == Model::xray ? picture.options.step : 1;
-  for (int lane = 0; lane < w * h; ++lane) {
+  for (int lane = 0; lane < count; ++lane) {
     if (!lanes[lane].hit) continue;
-    const int x = x0 + lane % w, y = y0 + lane / w;
+    const auto [x, y] = positions[static_cast<std::size_t>(lane)];
     for (int c = 0; c < 3; ++c) {
       const auto colour = static_cast<float>(double(pixels.colour[c][lane]) * scale);
       if (!std::isfinite(colour)) {
@@ -191,21 +198,47 @@ RenderCounts cast_tiles(const Picture& picture) {
     PacketRays rays{};
     PacketPixels pixels{};
     const int left = static_cast<int>(first) % across * kTile, top = static_cast<int>(first) / across * kTile;
-    for (int y = top; y < std::min(top + kTile, picture.options.height); y += h) {
-      for (int x = left; x < std::min(left + kTile, picture.options.width); x += w) {
-        cast_packet(picture, x, y, w, h, rays, pixels, counts);
+    const int right = std::min(left + kTile, picture.options.width);
+    const int bottom = std::min(top + kTile, picture.options.height);
+    PixelPosition positions[kMaxLanes];
+    for (int y = top; y < bottom; y += h) {
+      for (int x = left; x < right; x += w) {
+        std::size_t count = 0;
+        for (int j = y; j < std::min(y + h, bottom); ++j) {
+          for (int i = x; i < std::min(x + w, right); ++i) positions[count++] = {i, j};
+        }
+        cast_packet(picture, {positions, count}, rays, pixels, counts);
       }
     }
     return counts;
   };
-  return parallel_reduce<RenderCounts>(0, std::int64_t{across} * down, 1, tile,
-                                       [](RenderCounts& sum, const RenderCounts& c) {
-                                         sum.rays += c.rays;
-                                         sum.samples += c.samples;
-                                         sum.gradients += c.gradients;
-                                         sum.skipped += c.skipped;
-                                         sum.terminated += c.terminated;
-                                       });
+  return parallel_reduce<RenderCounts>(0, std::int64_t{across} * down, 1, tile, add_counts);
+}
+
+/// Pixels of a list, in its order.
+RenderCounts cast_list(const Picture& picture, std::span<const PixelPosition> positions) {
+  const auto lanes = static_cast<std::size_t>(packet_lanes());
+  const auto packets = static_cast<std::int64_t>((positions.size() + lanes - 1) / lanes);
+  const auto some = [&](std::int64_t begin, std::int64_t end) {
+    RenderCounts counts;
+    PacketRays rays{};
+    PacketPixels pixels{};
+    for (std::int64_t p = begin; p < end; ++p) {
+      const std::size_t first = static_cast<std::size_t>(p) * lanes;
+      cast_packet(picture, positions.subspan(first, std::min(lanes, positions.size() - first)), rays, pixels,
+                  counts);
+    }
+    return counts;
+  };
+  return parallel_reduce<RenderCounts>(0, packets, 16, some, add_counts);
+}
+
+RenderCounts cast_picture(const Picture& picture) {
+  if (picture.options.image_step == 1) return cast_tiles(picture);
+  RenderCounts counts;
+  cast_refined(picture.image, picture.options.image_step, picture.options.image_tolerance,
+               [&](std::span<const PixelPosition> positions) { counts += cast_list(picture, positions); });
+  return counts;
 }
 
 /// What the packets' tables do not hold.
@@ -250,14 +283,19 @@ RenderResult cast_covered(const PacketVolume& prepared, const Scene& scene, cons
                   options.step / reference_length, job.rule, job.transfer)) {
       return otherwise(prepared.original(), scene, options, index);
     }
-    // A segment's pieces have an optical depth of at most log 2 each.
-    if (job.rule >= PacketRule::preintegrated && job.transfer.steepest * job.longest_hop < -kMostPieces) {
+    // A piece halves the light at most: so many are the pieces of a segment, or of the longest way through a
+    // cell.
+    const double longest =
+        job.rule == PacketRule::split ? geometry.spacing.norm() / options.step : double(job.longest_hop);
+    if (job.rule >= PacketRule::preintegrated && job.transfer.steepest * longest < -kMostPieces) {
       return otherwise(prepared.original(), scene, options, index);
     }
     if (scene.shading) set_shading(geometry, *scene.shading, job);
     // Preintegrated segments are left out between macrocells that touch: no step may pass over one.
     const bool touching =
         job.rule != PacketRule::preintegrated || options.step <= kTouching * geometry.spacing.minCoeff();
+    if (!touching && index && options.skip_empty)
+      return otherwise(prepared.original(), scene, options, index);
     if (options.skip_empty && touching) visible = visibility(macrocells, scene.transfer);
     if (!visible.all_visible) job.distances = visible.distance.data();
     job.macro_stride[1] = static_cast<std::int32_t>(macrocells.dims[0]);
@@ -274,7 +312,7 @@ RenderResult cast_covered(const PacketVolume& prepared, const Scene& scene, cons
   for (int y = 0; y < options.height; ++y) {
     for (int x = 0; x < options.width; ++x) result.image.at(x, y, 5) = std::numeric_limits<float>::infinity();
   }
-  result.counts = cast_tiles({job, maker, scene, options, result.image});
+  result.counts = cast_picture({job, maker, scene, options, result.image});
   result.error_estimate = std::numeric_limits<double>::quiet_NaN();
   return result;
 }
@@ -282,12 +320,19 @@ RenderResult cast_covered(const PacketVolume& prepared, const Scene& scene, cons
 }  // namespace
 
 PacketVolume::PacketVolume(const volume::Volume& volume, bool macrocells) : volume_(volume) {
-  // Integers hold neither NaN nor infinity.
-  if (volume::is_floating_point(volume.voxel_type())) (void)volume::value_range(volume);
-  if (!is_native(volume.voxel_type())) {
-    converted_.emplace(volume::Volume{volume::converted<float>(volume), {}});
+  const bool native = is_native(volume.voxel_type());
+  const bool floating = volume::is_floating_point(volume.voxel_type());
+  if (!native || floating) {  // small integers hold neither NaN nor infinity, and float holds them
+    const volume::Range range = volume::value_range(volume);
+    const double magnitude = std::max(std::abs(range.min), std::abs(range.max));
+    // Sums of differences of values must stay within float, and float must hold what differs: it loses 6e-8.
+    const bool exact = native || (!floating && magnitude <= 16777216);
+    fits_ = magnitude < double(std::numeric_limits<float>::max()) / 64 &&
+            (exact || magnitude * 6e-8 <= 1e-6 * (range.max - range.min));
+    if (!fits_) return;
   }
-  if (macrocells) macrocells_.emplace(index::macrocells(native()));
+  if (!native) converted_.emplace(volume::Volume{volume::converted<float>(volume), {}});
+  if (macrocells) macrocells_.emplace(index::macrocells(this->native()));
 }
 
 const index::Macrocells& PacketVolume::macrocells() const {
@@ -302,7 +347,7 @@ RenderResult raycast_packet(const PacketVolume& volume, const Scene& scene, cons
     throw Error("quadrature split goes from cell to cell and takes no index");
   }
   const RenderOptions stepped = packet_steps(options, volume.original().geometry());
-  if (!is_covered(volume.original(), scene, stepped))
+  if (!volume.fits() || !is_covered(volume.original(), scene, stepped))
     return otherwise(volume.original(), scene, options, index);
   return cast_covered(volume, scene, stepped, index);
 }

@@ -14,14 +14,18 @@ class PacketVolume {
   /// Refers to the volume, which must live longer. \param macrocells  for composite pictures; others need
   /// none \throws vol::Error on NaN or infinity in the volume
   explicit PacketVolume(const volume::Volume& volume, bool macrocells = true);
+  explicit PacketVolume(volume::Volume&&, bool = true) = delete;
 
   [[nodiscard]] const volume::Volume& original() const { return volume_; }
+  /// False where float does not hold the values: small signals on large offsets, magnitudes near its end.
+  [[nodiscard]] bool fits() const { return fits_; }
   [[nodiscard]] const volume::Volume& native() const { return converted_ ? *converted_ : volume_; }
   /// \throws vol::Error when they were not asked for
   [[nodiscard]] const index::Macrocells& macrocells() const;
 
  private:
   const volume::Volume& volume_;
+  bool fits_ = true;
   std::optional<volume::Volume> converted_;
   std::optional<index::Macrocells> macrocells_;
 };
@@ -31,27 +35,31 @@ class PacketVolume {
 /// rules, same channels. Split has no oracle of its own but the truth, raycast_reference.
 ///
 /// What holds exactly:
-///  - the picture and the counts do not depend on the number of threads, nor the counts on the instruction set
+///  - the picture and the counts do not depend on the number of threads, nor the counts on the instruction
+///  set
 ///    (but for rounding at a border of visibility or at `termination`);
-///  - without an index skip_empty changes no bit of the picture (split: nothing beyond rounding): only segments
+///  - without an index skip_empty changes no bit of the picture (split: nothing beyond rounding): only
+///  segments
 ///    that add exactly zero are dropped. With one, empty space is left at the first lattice node that may be
 ///    visible, whatever the entries say there; raycast_plain does the same;
-///  - an index of zeros gives the uniform picture bit for bit. These hold because the position of node i is one
+///  - an index of zeros gives the uniform picture bit for bit. These hold because the position of node i is
+///  one
 ///    fixed-point number, entry + i times the step, 31 binary digits behind the point, however i was reached.
 ///
 /// What holds within a bound, for n nodes a ray: colour and alpha differ from the oracle's, and from one
 /// instruction set to another, by at most 2e-6 + 1e-8 n times the largest colour where opacity and colour are
-/// continuous functions of the value (packet_tolerance, tested). Positions lag by at most n 2^-31 voxel. At a jump
-/// of the transfer function, a kink of the gradient or a cell border of nearest, a node within rounding of it may
-/// fall on the other side, and one sample's contribution with it. xray: relative to max |f| times length. Split
-/// with three nodes differs from the truth by at most 2e-5 in the tests, 1e-6 and less on large smooth volumes;
-/// its depth is linear within a piece. Preintegrated and split packets light every sample.
+/// continuous functions of the value (packet_tolerance, tested). Positions lag by at most n 2^-31 voxel. At a
+/// jump of the transfer function, a kink of the gradient or a cell border of nearest, a node within rounding
+/// of it may fall on the other side, and one sample's contribution with it. xray: relative to max |f| times
+/// length. Split with three nodes differs from the truth by at most 2e-5 in the tests, 1e-6 and less on large
+/// smooth volumes; its depth is linear within a piece. Preintegrated and split packets light every sample.
 ///
-/// Voxels of type u8, u16, i16 and f32 are read as they are; other types are converted to f32, once. What the
-/// packets do not cover is passed to raycast_plain (split: raycast_split_plain): Catmull-Rom and B-spline
-/// reconstruction, more than 32767 nodes on a ray, volumes of 2^31 samples (f32) or bytes or more, transfer
-/// functions with more than one point in 1/65536 of the data's range; for preintegrated and split also opacity 1
-/// and segments of more than 2^64 of absorption; for split also nearest, xray, mip and an axis of one sample.
+/// Voxels of type u8, u16, i16 and f32 are read as they are; other types are converted to f32, once, where
+/// that keeps 1e-6 of their range. What the packets do not cover is passed to raycast_plain (split:
+/// raycast_split_plain): Catmull-Rom and B-spline reconstruction, more than 32767 nodes on a ray, volumes of
+/// 2^31 samples (f32) or bytes or more, transfer functions with more than one point in 1/65536 of the data's
+/// range; for preintegrated and split also opacity 1 and segments (split: cells) that light passes with less
+/// than 2^-64; for split also nearest, xray, mip and an axis of one sample.
 ///
 /// \throws vol::Error as raycast_plain does; also for split with an index
 [[nodiscard]] RenderResult raycast_packet(const PacketVolume& volume, const Scene& scene,

@@ -1,4 +1,4 @@
-// Included once per instruction set by packet_kernel.cpp, inside its namespace: no include guard of the usual
+// Included once per instruction set by the kernels, inside its namespace: no include guard of the usual
 // kind.
 #if defined(VOL_RENDER_PACKET_MATH_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef VOL_RENDER_PACKET_MATH_INL_H_

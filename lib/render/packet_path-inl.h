@@ -1,4 +1,4 @@
-// Included once per instruction set by packet_kernel.cpp.
+// Included once per instruction set by the kernels.
 #if defined(VOL_RENDER_PACKET_PATH_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef VOL_RENDER_PACKET_PATH_INL_H_
 #undef VOL_RENDER_PACKET_PATH_INL_H_

@@ -1,10 +1,12 @@
-// Included once per instruction set by packet_kernel.cpp.
+// Included once per instruction set by the kernels.
 #if defined(VOL_RENDER_PACKET_PIECES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef VOL_RENDER_PACKET_PIECES_INL_H_
 #undef VOL_RENDER_PACKET_PIECES_INL_H_
 #else
 #define VOL_RENDER_PACKET_PIECES_INL_H_
 #endif
+
+#include <limits>
 
 #include "render/packet_optics-inl.h"
 
@@ -36,8 +38,10 @@ struct Gauss<3> {
                                         {0.26798833376246944F, 0.48042111196938336F, 0.13888888888888889F}};
 };
 
-/// Number of the interval of the cuts in which a value lies (a cut itself: in the one above).
+/// Number of the interval of the cuts in which a value lies (a cut itself: in the one above; infinity: in the
+/// last).
 HWY_INLINE I interval_of(const PacketTransfer& t, F value) {
+  value = hn::Min(value, constant(std::numeric_limits<float>::max()));
   I k = hn::GatherIndex(DI(), t.first_cut.data(), truncated(table_coordinate(t, value)));
   for (;;) {
     const MI beyond = int_mask(hn::Ge(value, hn::GatherIndex(DF(), t.cuts.data(), k)));

@@ -148,7 +148,8 @@ class Preintegrated {
     const F whole = constant(1.0F);
     // Lanes without a segment are at its end already.
     F from = hn::IfThenElseZero(hn::Eq(length, constant(0.0F)), whole);
-    I k = left_.interval;
+    // A lane without a segment may have no left node: it stays where its right one is.
+    I k = hn::IfThenElse(int_mask(hn::Eq(length, constant(0.0F))), right.interval, left_.interval);
     F depth = hn::Zero(DF());
     do {
       const MI last = hn::Eq(k, right.interval);

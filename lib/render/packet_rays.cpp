@@ -7,6 +7,7 @@ namespace vol::render {
 namespace {
 
 constexpr double kOne = 2147483648.0;  // 2^31
+constexpr double kFar = kOne * kOne;   // a step that no ray takes
 
 void split(std::int64_t fixed, std::int32_t& whole, std::int32_t& part) {
   whole = static_cast<std::int32_t>(fixed >> 31);
@@ -71,7 +72,7 @@ PacketRayMaker::Lane PacketRayMaker::make(int x, int y, int lane, PacketRays& ra
     };
     entry[a] = dims_[a] > 1 ? fixed(chord->entry) : 0;
     exit[a] = dims_[a] > 1 ? fixed(chord->exit) : 0;
-    step[a] = dims_[a] > 1 ? static_cast<std::int64_t>(along[a] * step_ * kOne) : 0;
+    step[a] = dims_[a] > 1 ? static_cast<std::int64_t>(std::clamp(along[a] * step_ * kOne, -kFar, kFar)) : 0;
     // The last lattice node is inside up to rounding; should that carry it across the face, it is left out,
     // and the last segment is longer by that rounding.
     while (segments > 1 &&

@@ -140,18 +140,19 @@ void set_cuts(const Optics& optics, double lo, double hi, PacketTransfer& table)
   std::vector<float> cuts, clarity;
   for (const OpticsInterval& interval : optics.intervals()) {
     if (interval.hi < lo) continue;
-    const double clear0 = 1 - interval.opacity_lo, clear1 = 1 - interval.opacity_hi;
+    // Only what the data reach: beyond, opacity may be 1.
+    const double from = std::max(interval.lo, lo), to = std::min(interval.hi, hi);
+    const double opacity0 = interval.opacity(from), opacity1 = interval.opacity(to);
+    const double clear0 = 1 - opacity0, clear1 = 1 - opacity1;
     const int pieces = std::max(
         1, static_cast<int>(std::ceil(std::abs(std::log(clear1 / clear0)) / std::log(kRatio) - 1e-9)));
     for (int p = 0; p < pieces; ++p) {
       const auto opacity = [&](int i) { return 1 - clear0 * std::pow(clear1 / clear0, double(i) / pieces); };
       const double steepest = table.exponent * std::log2(1 - std::max(opacity(p), opacity(p + 1)));
       clarity.push_back(steepest < 0 ? static_cast<float>(std::min(1e30, -1 / steepest)) : 1e30F);
-      const double at = p + 1 < pieces ? interval.lo + (opacity(p + 1) - interval.opacity_lo) /
-                                                           (interval.opacity_hi - interval.opacity_lo) *
-                                                           (interval.hi - interval.lo)
-                                       : interval.hi;
-      cuts.push_back(static_cast<float>(at));
+      cuts.push_back(static_cast<float>(p + 1 < pieces ? from + (opacity(p + 1) - opacity0) /
+                                                                    (opacity1 - opacity0) * (to - from)
+                                                       : interval.hi));
     }
     if (interval.hi > hi) break;
   }

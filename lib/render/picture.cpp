@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "render/refinement.h"
 
 namespace vol::render {
 namespace {
@@ -50,35 +51,52 @@ RenderResult draw(const volume::FieldBounds& bounds, const Scene& scene, const R
     RenderCounts counts;
     double error = 0;
   };
-  const auto row = [&](std::int64_t y0, std::int64_t y1) {
-    Partial partial;
-    for (auto y = static_cast<int>(y0); y < static_cast<int>(y1); ++y) {
-      for (int x = 0; x < options.width; ++x) {
-        const camera::Ray ray = camera.ray(x + 0.5, y + 0.5);
-        result.image.at(x, y, 5) = std::numeric_limits<float>::infinity();
-        const auto chord = box.chord(ray, camera.t_min());
-        if (!chord) continue;
-        ++partial.counts.rays;
-        const std::int64_t samples_before = partial.counts.samples;
-        const Pixel pixel = cast(ray, *chord, partial.counts);
-        static constexpr const char* kNames[3] = {"R", "G", "B"};
-        for (int c = 0; c < 3; ++c) result.image.at(x, y, c) = as_float(pixel.colour[c], kNames[c]);
-        result.image.at(x, y, 3) = as_float(pixel.alpha, "A");
-        result.image.at(x, y, 4) = static_cast<float>(partial.counts.samples - samples_before);
-        result.image.at(x, y, 5) = static_cast<float>(pixel.depth);
-        partial.error = std::max(partial.error, pixel.error);
-      }
-    }
-    return partial;
+  for (int y = 0; y < options.height; ++y) {
+    for (int x = 0; x < options.width; ++x) result.image.at(x, y, 5) = std::numeric_limits<float>::infinity();
+  }
+  const auto pixel_at = [&](int x, int y, Partial& partial) {
+    const camera::Ray ray = camera.ray(x + 0.5, y + 0.5);
+    const auto chord = box.chord(ray, camera.t_min());
+    if (!chord) return;
+    ++partial.counts.rays;
+    const std::int64_t samples_before = partial.counts.samples;
+    const Pixel pixel = cast(ray, *chord, partial.counts);
+    static constexpr const char* kNames[3] = {"R", "G", "B"};
+    for (int c = 0; c < 3; ++c) result.image.at(x, y, c) = as_float(pixel.colour[c], kNames[c]);
+    result.image.at(x, y, 3) = as_float(pixel.alpha, "A");
+    result.image.at(x, y, 4) = static_cast<float>(partial.counts.samples - samples_before);
+    result.image.at(x, y, 5) = static_cast<float>(pixel.depth);
+    partial.error = std::max(partial.error, pixel.error);
   };
-  const auto total = parallel_reduce<Partial>(0, options.height, 1, row, [](Partial& sum, const Partial& p) {
-    sum.counts.rays += p.counts.rays;
-    sum.counts.samples += p.counts.samples;
-    sum.counts.gradients += p.counts.gradients;
-    sum.counts.skipped += p.counts.skipped;
-    sum.counts.terminated += p.counts.terminated;
+  const auto fold = [](Partial& sum, const Partial& p) {
+    sum.counts += p.counts;
     sum.error = std::max(sum.error, p.error);
-  });
+  };
+  Partial total;
+  if (options.image_step == 1) {
+    const auto row = [&](std::int64_t y0, std::int64_t y1) {
+      Partial partial;
+      for (auto y = static_cast<int>(y0); y < static_cast<int>(y1); ++y) {
+        for (int x = 0; x < options.width; ++x) pixel_at(x, y, partial);
+      }
+      return partial;
+    };
+    total = parallel_reduce<Partial>(0, options.height, 1, row, fold);
+  } else {
+    cast_refined(
+        result.image, options.image_step, options.image_tolerance,
+        [&](std::span<const PixelPosition> pixels) {
+          const auto some = [&](std::int64_t begin, std::int64_t end) {
+            Partial partial;
+            for (auto i = begin; i < end; ++i) {
+              const PixelPosition& p = pixels[static_cast<std::size_t>(i)];
+              pixel_at(p.x, p.y, partial);
+            }
+            return partial;
+          };
+          fold(total, parallel_reduce<Partial>(0, static_cast<std::int64_t>(pixels.size()), 64, some, fold));
+        });
+  }
   result.counts = total.counts;
   result.error_estimate = total.error;
   return result;

@@ -29,14 +29,15 @@ struct RenderResult {
 /// 0 misses.
 ///
 /// With an index, node i is followed by node i + 2^L, L the entry of the cell that holds node i, or by the
-/// last node where that is nearer: an index of zeros is the uniform picture bit for bit. The index's cells
-/// are those of the grid whose outermost sample centres span the field's bounds.
+/// last node where that is nearer: an index of zeros is the uniform picture bit for bit. Where empty space is
+/// skipped, a ray in an invisible macrocell follows no entry but goes on at the first node that may be
+/// visible. The index's cells are those of the grid whose outermost sample centres span the field's bounds.
 ///
 /// A ray ends where its transmittance is at most `termination`; always where it is 0.
 ///
 /// \throws vol::Error on options out of range, more than 1e9 nodes on a ray, an index of other dims than the
-///         volume, a pixel that float cannot hold, quadrature `reference`, and, for a field that is not a
-///         grid, a scene without reference_length (xray and mip need none)
+///         volume, a pixel that float cannot hold, quadratures `split` and `reference`, and, for a field that
+///         is not a grid, a scene without reference_length (xray and mip need none)
 [[nodiscard]] RenderResult raycast_plain(const FieldView& field, const Scene& scene,
                                          const RenderOptions& options,
                                          const index::IndexVolume* index = nullptr);
@@ -46,8 +47,8 @@ template <volume::FieldSampler F>
   return raycast_plain(view_of(field), scene, options, index);
 }
 /// The same on a volume under options.reconstruction. With options.skip_empty (composite), a node is not
-/// sampled if no segment it bounds can be visible, by the range of the voxels around (visibility.h): the
-/// picture is the same bit for bit. \throws vol::Error also on NaN or infinity in the volume.
+/// sampled if no segment it bounds can be visible, by the range of the voxels around (visibility.h): without
+/// an index the picture is the same bit for bit. \throws vol::Error also on NaN or infinity in the volume.
 [[nodiscard]] RenderResult raycast_plain(const volume::Volume& volume, const Scene& scene,
                                          const RenderOptions& options,
                                          const index::IndexVolume* index = nullptr);

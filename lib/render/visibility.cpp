@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/parallel.h"
 
 namespace vol::render {
 namespace {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "base/error.h"
 #include "base/parallel.h"
@@ -335,6 +336,58 @@ TEST(PacketSplit, TakesVolumesThatReachBeyondTheTransferFunction) {
   EXPECT_LE(split_error(v, packet_soft_scene(1), options), 2e-5);
   options.quadrature = Quadrature::preintegrated;
   expect_oracle(v, packet_soft_scene(1), options);
+}
+
+/// What lies beyond the data may be opaque; rays beside the volume must not matter; float must hold the
+/// values.
+TEST(PacketSplit, EndsWhereTheTransferFunctionIsOpaqueBeyondTheDataAndBesideTheVolume) {
+  const auto v = packet_volume<std::uint8_t>(200);
+  Scene scene = packet_soft_scene(255);
+  scene.view.width = 40;  // most lanes miss
+  for (const auto& points :
+       {std::vector<transfer::OpacityPoint>{{0, 0}, {255, 1}}, {{-50, 1}, {20, 0}, {255, 0.3}}}) {
+    scene.transfer = transfer::TransferFunction({{0, {0, 0, 0}}, {255, {1, 1, 1}}}, points);
+    RenderOptions options = packet_options();
+    EXPECT_LE(split_error(v, scene, options), 2e-5);
+    options.quadrature = Quadrature::preintegrated;
+    expect_oracle(v, scene, options);
+  }
+}
+
+TEST(Packet, LeavesToTheOracleWhatFloatDoesNotHold) {
+  auto v = packet_volume<double>(1);
+  for (auto& value : std::get<volume::Grid<double>>(v.grid).voxels) value += 1e9;
+  Scene scene = packet_soft_scene(1);
+  scene.transfer =
+      transfer::TransferFunction({{1e9, {0, 0, 0}}, {1e9 + 1, {1, 1, 1}}}, {{1e9, 0}, {1e9 + 1, 0.3}});
+  const RenderOptions options = packet_options();
+  expect_same_bits(raycast_plain(v, scene, options).image, raycast_packet(v, scene, options).image, true);
+  for (auto& value : std::get<volume::Grid<double>>(v.grid).voxels) value = (value - 1e9) * 6e38 - 3e38;
+  scene.transfer =
+      transfer::TransferFunction({{-3e38, {0, 0, 0}}, {3e38, {1, 1, 1}}}, {{-3e38, 0}, {3e38, 0.3}});
+  for (const Quadrature q : {Quadrature::trapezoid, Quadrature::preintegrated}) {
+    RenderOptions o = options;
+    o.quadrature = q;
+    expect_same_bits(raycast_plain(v, scene, o).image, raycast_packet(v, scene, o).image, true);
+  }
+}
+
+TEST(PacketSplit, ThreadsAndInstructionSetsAgree) {
+  const auto v = packet_volume<std::uint8_t>(255);
+  const RenderOptions options = packet_options(Quadrature::split);
+  const Scene scene = packet_scene(255);
+  const RenderResult best = raycast_packet(v, scene, options);
+  set_thread_count(1);
+  expect_same_bits(best.image, raycast_packet(v, scene, options).image, true);
+  set_thread_count(0);
+  for (const std::int64_t target : {HWY_AVX2, HWY_SSE4, HWY_SCALAR}) {
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().Update(target);
+    EXPECT_LE(difference(best.image, raycast_packet(v, scene, options).image).colour, 1e-5)
+        << packet_instruction_set();
+    hwy::SetSupportedTargetsForTest(0);
+    hwy::GetChosenTarget().DeInit();
+  }
 }
 
 TEST(PacketSplit, LightsByTheGradientAtEveryNode) {
