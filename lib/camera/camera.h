@@ -25,7 +25,7 @@ struct View {
   std::optional<Vec3> target;            ///< default: the centre of the field's box
 };
 
-/// The one place that knows design's camera: pixels to rays.
+/// The one place that knows the camera of lib/README.md: pixels to rays.
 ///
 /// Direction into the scene d = (-cos e sin a, -sin e, -cos e cos a); right = d x up, at the poles its limit
 /// along the meridian; image up = right x d. Pixel (i, j), row 0 at the top, has its centre at

@@ -239,7 +239,7 @@ TEST(VanishingMoments, ConstantsLeaveNoDetailAnywhere) {
   }
 }
 
-// The response of a unit impulse at m along an axis is h[m - 2k] at k: the offsets of design.md, read off.
+// The response of a unit impulse at m along an axis is h[m - 2k] at k: the offsets of lib/README.md, read off.
 TEST(Impulse, LandsWhereTheDefinitionSays) {
   for (const std::string name : {"daubechies-6", "battle-lemarie:29"}) {
     const Wavelet w = make_wavelet(name);
