@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import records  # noqa: E402
 
 COST = {"samples": ("samples", "samples"), "time": ("time_s", "rendering time, s")}
-LINES = {"rectangle": ("0.55", "-"), "trapezoid": ("0.35", "--"), "preintegrated": ("0.1", ":"), "split": ("0.1", "-.")}
+LINES = {"rectangle": ("0.55", "-"), "trapezoid": ("0.35", "--"), "preintegrated": ("0.1", ":")}
 COLOURS = {"haar": "tab:blue", "daubechies-4": "tab:orange", "battle-lemarie": "tab:green"}
 MARKS = {"blind": "x", "look-ahead": "o", "classified": "D"}
 
@@ -33,6 +33,8 @@ def panel(axes, rows, cost):
               color=colour, linestyle=dash, label=f"uniform, {quadrature}")
     curve(axes, [r for r in rows if r["method"] == "standard"], cost, color="k", marker="*", linestyle="",
           label="paper's uniform sampling")
+    curve(axes, [r for r in rows if r["method"] == "split"], cost, color="tab:red", marker="P", linestyle="",
+          label="split, three Gauss nodes")
     for method in dict.fromkeys(r["method"] for r in rows if r["wavelet"]):
         for wavelet in dict.fromkeys(r["wavelet"] for r in rows if r["wavelet"]):
             chosen = [r for r in rows if r["method"] == method and r["wavelet"] == wavelet]
