@@ -99,6 +99,14 @@ HWY_INLINE void store_colour(const PacketTransfer& t, const F* sum, F transmitta
   hn::Store(alpha, DF(), pixels.alpha);
 }
 
+HWY_INLINE void store_counts(I samples, I skipped, I gradients, MI stopped, PacketPixels& pixels) {
+  const DI d;
+  hn::Store(samples, d, pixels.samples);
+  hn::Store(skipped, d, pixels.skipped);
+  hn::Store(gradients, d, pixels.gradients);
+  hn::Store(hn::IfThenElseZero(stopped, constant_i(1)), d, pixels.terminated);
+}
+
 /// Length, in steps, from a node to the ray's end.
 HWY_INLINE F length_ahead(I node, I segments, F remainder) {
   return hn::Add(to_float(hn::Sub(hn::Sub(segments, constant_i(1)), node)), remainder);

@@ -356,13 +356,9 @@ class Split {
   }
 
   void store(PacketPixels& pixels) const {
-    const DI d;
     store_colour<kChannels>(job_.transfer, path_.sum, path_.transmittance, pixels);
     halfway_.store(pixels);
-    hn::Store(samples_, d, pixels.samples);
-    hn::Store(skipped_, d, pixels.skipped);
-    hn::Store(gradients_, d, pixels.gradients);
-    hn::Store(hn::IfThenElseZero(stopped_, constant_i(1)), d, pixels.terminated);
+    store_counts(samples_, skipped_, gradients_, stopped_, pixels);
   }
 
   const PacketJob& job_;
