@@ -15,6 +15,7 @@
 #include "io/index.h"
 #include "io/scene.h"
 #include "io/write_image.h"
+#include "render/max_error.h"
 #include "render/names.h"
 #include "render/packet.h"
 #include "render/raycast.h"
@@ -97,6 +98,14 @@ void declare(CLI::App& app, Options& o) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str()
       ->group(accuracy);
+  auto* max_error =
+      app.add_option(
+             "--max-error", o.render.max_error,
+             "Largest error of the picture, colour scale 0 to 1: sets quadrature and pieces ray by ray; "
+             "status 2 if "
+             "it is not kept")
+          ->check(cli::check_positive)
+          ->group(accuracy);
   app.add_option(
          "--image-step", o.render.image_step,
          "Rays at every so many pixels (2, 4 .. 64) and where these do not suffice, the rest interpolated")
@@ -108,6 +117,10 @@ void declare(CLI::App& app, Options& o) {
       ->check(cli::check_non_negative)
       ->capture_default_str()
       ->group(accuracy);
+  for (const char* chosen :
+       {"--quadrature", "--nodes", "--step", "--tolerance", "--termination", "--image-step", "--index"}) {
+    max_error->excludes(app.get_option(chosen));
+  }
   app.add_flag("--no-skip", o.no_skip, "Sample also what the transfer function makes invisible")
       ->group(accuracy);
   app.add_option("--algorithm", o.algorithm, "packet (float, SIMD) or plain (double, its oracle)")
@@ -157,6 +170,7 @@ render::RenderResult cast(const volume::Volume& volume, const render::PacketVolu
   if (o.render.quadrature == render::Quadrature::reference) {
     return render::raycast_reference(volume, scene, o.render);
   }
+  if (o.render.max_error > 0) return render::raycast_within_error(*prepared, scene, o.render);
   if (prepared) return render::raycast_packet(*prepared, scene, o.render, index);
   if (o.render.quadrature == render::Quadrature::split) {
     return render::raycast_split_plain(volume, scene, o.render);
@@ -198,6 +212,10 @@ void report(const render::RenderResult& result, const Options& o, cli::Record& r
   record.count("terminated", result.counts.terminated);
   if (result.counts.rays > 0) {
     record.result("samples_per_ray", double(result.counts.samples) / double(result.counts.rays));
+  }
+  if (o.render.max_error > 0) {
+    record.error("pixel_maximum_estimate", result.error_estimate);
+    return;
   }
   if (o.render.quadrature == render::Quadrature::reference) {
     record.error("pixel_maximum_estimate", result.error_estimate);
@@ -246,13 +264,18 @@ int work(Options& o, cli::Record& record) {
   record.resolved("step_world", o.render.step);
 
   std::optional<render::PacketVolume> prepared;
-  if (o.algorithm == "packet" && o.render.quadrature != render::Quadrature::reference) {
+  if ((o.algorithm == "packet" || o.render.max_error > 0) &&
+      o.render.quadrature != render::Quadrature::reference) {
     record.timed("prepare", [&] { prepared.emplace(volume, scene.model == render::Model::composite); });
   }
   auto result = record.repeated("render", [&] {
     return cast(volume, prepared ? &*prepared : nullptr, scene, o, index ? &*index : nullptr);
   });
   report(result, o, record);
+  if (o.render.max_error > 0 && !(result.error_estimate <= o.render.max_error)) {
+    throw Error("--max-error: an error of about " + nlohmann::json(result.error_estimate).dump() +
+                " is the least that this scene can be drawn with");
+  }
   for (const auto& [key, value] : record.provenance()) result.image.attributes[key] = value;
   const Vec3& b = scene.background;
   result.image.attributes["precis.background"] = nlohmann::json{b[0], b[1], b[2]}.dump();

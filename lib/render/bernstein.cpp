@@ -91,6 +91,13 @@ double Bernstein::integral() const {
   return sum;
 }
 
+Bernstein Bernstein::derivative() const {
+  Bernstein d;
+  d.degree = std::max(0, degree - 1);
+  for (int k = 0; k < degree; ++k) d.b[k] = degree * (b[k + 1] - b[k]);
+  return d;
+}
+
 void Bernstein::halve(Bernstein& left, Bernstein& right) const {
   left.degree = right.degree = degree;
   std::array<double, kMaxDegree + 1> work = b;

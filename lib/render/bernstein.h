@@ -18,6 +18,8 @@ struct Bernstein {
   [[nodiscard]] double max() const;
   /// Integral over [0, 1]: the mean of the coefficients.
   [[nodiscard]] double integral() const;
+  /// p', of one degree less; 0 for degree 0.
+  [[nodiscard]] Bernstein derivative() const;
   /// The two halves, each on [0, 1] again (de Casteljau).
   void halve(Bernstein& left, Bernstein& right) const;
 };

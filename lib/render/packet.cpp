@@ -23,15 +23,28 @@ namespace {
 using volume::VoxelType;
 
 constexpr double kMostPieces = 64;
+constexpr double kTerminationShare =
+    0.625;  // of max_error: for the light behind where a ray ends early, a sure bound
+constexpr double kThreeNodesBelow =
+    3e-3;  // below this error a rule of order 6 takes fewer pieces than one of order 4
 constexpr double kTouching = index::Macrocells::kEdge;
 
 bool is_native(VoxelType type) {
   return type == VoxelType::u8 || type == VoxelType::u16 || type == VoxelType::i16 || type == VoxelType::f32;
 }
 
+/// Largest component of any colour once it is lit, and of alpha.
+double brightest(const Scene& scene) {
+  double most = 1;
+  for (const auto& p : scene.transfer.colours()) most = std::max(most, p.rgb.maxCoeff());
+  return scene.shading ? BlinnPhong(*scene.shading).brightest()(Vec3::Constant(most)).maxCoeff() : most;
+}
+
 bool is_covered(const volume::Volume& volume, const Scene& scene, const RenderOptions& options) {
   using volume::Reconstruction;
   if (options.quadrature == Quadrature::reference) return false;
+  // Below this, rounding would take most of what errors are allowed.
+  if (options.max_error > 0 && options.max_error < 4 * kPacketRounding * brightest(scene)) return false;
   if (options.reconstruction != Reconstruction::nearest &&
       options.reconstruction != Reconstruction::trilinear) {
     return false;
@@ -111,6 +124,25 @@ void set_shading(const volume::GridGeometry& geometry, const Shading& shading, P
   }
 }
 
+/// Adaptive pieces: what a ray may err by in all is shared between them and the light behind where it ends
+/// early.
+void set_budget(const Scene& scene, const RenderOptions& options, PacketJob& job) {
+  const double bright = brightest(scene);
+  job.nodes = options.max_error < kThreeNodesBelow ? 3 : 2;
+  job.budget = static_cast<float>((1 - kTerminationShare) * options.max_error - kPacketRounding * bright);
+  job.termination =
+      static_cast<float>(std::max(options.termination, kTerminationShare * options.max_error / bright));
+  const bool one_channel = job.transfer.affine && !job.shaded;
+  double offset = 0, slope = 0;
+  for (int c = 0; c < 3; ++c) {
+    offset = std::max(offset, double(std::abs(job.transfer.colour0[c])));
+    slope = std::max(slope, double(std::abs(job.transfer.colour1[c])));
+  }
+  job.error_emitted = static_cast<float>(one_channel ? slope : 1);
+  job.error_alpha = static_cast<float>(one_channel ? bright + offset : bright);
+  job.rounding = static_cast<float>(kPacketRounding * bright);
+}
+
 /// The index's nibbles with readable bytes behind them.
 Buffer<std::uint8_t> set_index(const index::IndexVolume& index, PacketJob& job) {
   Buffer<std::uint8_t> nibbles(index.nibbles().begin(), index.nibbles().end());
@@ -172,6 +204,9 @@ void cast_packet(const Picture& picture, std::span<const PixelPosition> position
     picture.image.at(x, y, 3) = pixels.alpha[lane];
     picture.image.at(x, y, 4) = static_cast<float>(pixels.samples[lane]);
     const Chord& chord = lanes[lane].chord;
+    if (picture.options.max_error > 0) {
+      picture.image.at(x, y, kErrorChannel) = pixels.error[lane] + picture.job.rounding;
+    }
     if (pixels.depth_node[lane] >= 0) {
       const double t =
           chord.entry + (pixels.depth_node[lane] + double(pixels.depth_part[lane])) * picture.options.step;
@@ -242,8 +277,12 @@ RenderCounts cast_picture(const Picture& picture) {
 }
 
 /// What the packets' tables do not hold.
-RenderResult otherwise(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
+RenderResult otherwise(const volume::Volume& volume, const Scene& scene, RenderOptions options,
                        const index::IndexVolume* index) {
+  if (options.max_error > 0) {
+    options.tolerance = kReferenceShare * options.max_error;
+    return raycast_reference(volume, scene, options);
+  }
   return options.quadrature == Quadrature::split ? raycast_split_plain(volume, scene, options)
                                                  : raycast_plain(volume, scene, options, index);
 }
@@ -283,14 +322,13 @@ RenderResult cast_covered(const PacketVolume& prepared, const Scene& scene, cons
                   options.step / reference_length, job.rule, job.transfer)) {
       return otherwise(prepared.original(), scene, options, index);
     }
-    // A piece halves the light at most: so many are the pieces of a segment, or of the longest way through a
-    // cell.
-    const double longest =
-        job.rule == PacketRule::split ? geometry.spacing.norm() / options.step : double(job.longest_hop);
-    if (job.rule >= PacketRule::preintegrated && job.transfer.steepest * longest < -kMostPieces) {
+    // A piece halves the light at most: so many are the pieces of a segment.
+    const auto longest = double(job.longest_hop);
+    if (job.rule == PacketRule::preintegrated && job.transfer.steepest * longest < -kMostPieces) {
       return otherwise(prepared.original(), scene, options, index);
     }
     if (scene.shading) set_shading(geometry, *scene.shading, job);
+    if (options.max_error > 0) set_budget(scene, options, job);
     // Preintegrated segments are left out between macrocells that touch: no step may pass over one.
     const bool touching =
         job.rule != PacketRule::preintegrated || options.step <= kTouching * geometry.spacing.minCoeff();
@@ -307,13 +345,8 @@ RenderResult cast_covered(const PacketVolume& prepared, const Scene& scene, cons
   const camera::Camera camera(scene.view, bounds.centre(), bounds.longest_edge(), options.width,
                               options.height);
   const PacketRayMaker maker(geometry, box, camera, options.step, index);
-  RenderResult result{
-      image::Image(options.width, options.height, {"R", "G", "B", "A", "samples", "depth"}), {}, 0};
-  for (int y = 0; y < options.height; ++y) {
-    for (int x = 0; x < options.width; ++x) result.image.at(x, y, 5) = std::numeric_limits<float>::infinity();
-  }
+  RenderResult result{blank_image(options), {}, std::numeric_limits<double>::quiet_NaN()};
   result.counts = cast_picture({job, maker, scene, options, result.image});
-  result.error_estimate = std::numeric_limits<double>::quiet_NaN();
   return result;
 }
 

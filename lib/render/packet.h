@@ -52,7 +52,9 @@ class PacketVolume {
 /// jump of the transfer function, a kink of the gradient or a cell border of nearest, a node within rounding
 /// of it may fall on the other side, and one sample's contribution with it. xray: relative to max |f| times
 /// length. Split with three nodes differs from the truth by at most 2e-5 in the tests, 1e-6 and less on large
-/// smooth volumes; its depth is linear within a piece. Preintegrated and split packets light every sample.
+/// smooth volumes; its depth is linear within a piece. With options.max_error the picture has a channel
+/// `error`, what each ray estimates of its own (max_error.h). Preintegrated and split packets light every
+/// sample.
 ///
 /// Voxels of type u8, u16, i16 and f32 are read as they are; other types are converted to f32, once, where
 /// that keeps 1e-6 of their range. What the packets do not cover is passed to raycast_plain (split:
@@ -74,6 +76,11 @@ class PacketVolume {
 [[nodiscard]] constexpr double packet_tolerance(double nodes) {
   return 2e-6 + 1e-8 * nodes;
 }
+
+/// With options.max_error: what float arithmetic may add to a pixel's error, and how much of the bound is
+/// asked of the reference where packets do not go.
+inline constexpr double kPacketRounding = 2e-5;
+inline constexpr double kReferenceShare = 0.25;
 
 /// Name of the instruction set that raycast_packet uses here: AVX3, AVX2, SSE4, SCALAR ...
 [[nodiscard]] const char* packet_instruction_set();

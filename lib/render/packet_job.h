@@ -26,6 +26,7 @@ struct PacketTransfer {
   float exponent =
       0;  ///< y of a whole step per log2(1 - opacity): step / reference length (half of it: trapezoid)
   float steepest = 0;    ///< smallest y of a whole segment (most negative)
+  float densest = 0;     ///< preintegrated and split: no node's y is below (opacity 1 apart)
   Buffer<float> splits;  ///< value, +infinity where none; by bucket
   /// By line. {y, dy}: log2 of a node's share of a step's transmittance, and its slope; or, with `logarithm`,
   /// {opacity, slope, 1 - opacity, slope}.
@@ -35,7 +36,8 @@ struct PacketTransfer {
   // Preintegrated and split: the values at which a segment is cut; interval k lies between cuts k - 1 and k.
   Buffer<float> cuts;              ///< ascending, then +infinity
   Buffer<std::int32_t> first_cut;  ///< by bucket: an interval at or below that of the bucket's start
-  Buffer<float> clarity;  ///< by interval: steps over which log2 T falls by at most 1; 1e30 where clear
+  Buffer<float>
+      clarity;  ///< by interval: steps over which log2 T falls by at most 1; 1e30 where clear, 0 where opaque
 };
 
 enum class PacketVoxels { u8, two_bytes, f32 };
@@ -55,6 +57,10 @@ struct PacketJob {
   PacketRule rule = PacketRule::rectangle;
   int nodes = 3;  ///< split: Gauss nodes a piece, 1 to 3
   float termination = 0;
+  // Split, adaptive: the error that a ray's pieces may make together (0: fixed pieces), and what errors of a
+  // piece's emitted light and opacity count in a pixel.
+  float budget = 0, error_emitted = 0, error_alpha = 0;
+  float rounding = 0;  ///< error of float arithmetic in a pixel, at most
   PacketTransfer transfer;
   // Shading; `to_world` rows give the world gradient from the index gradient.
   bool shaded = false;
@@ -96,6 +102,7 @@ struct PacketPixels {
   alignas(64) std::int32_t gradients[kMaxLanes];
   alignas(64) std::int32_t skipped[kMaxLanes];
   alignas(64) std::int32_t terminated[kMaxLanes];
+  alignas(64) float error[kMaxLanes];  ///< estimate, split's alone
 };
 
 /// Lanes of a packet on this machine: 16, 8, 4 or 1.

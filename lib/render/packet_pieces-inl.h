@@ -57,26 +57,35 @@ struct Gathered {
   F sum[kChannels];
 };
 
-/// Passes a piece of `length` steps whose field takes `values` at the Gauss nodes; length 0 changes nothing.
+/// What a piece does to a ray: log2 of its transmittance, its opacity, and the light it sends through its
+/// near end.
+template <int kChannels>
+struct PieceLight {
+  F depth, alpha;
+  F emitted[kChannels];
+};
+
+/// A piece of `length` steps whose field takes `values` at the Gauss nodes; length 0 does nothing.
 /// T must not fall below half.
-///   tau = length sum_i b_i sigma_i,   T' = T e^-tau,
-///   I' = I + T (1 - e^-tau) (sum_i b_i sigma_i e^-S_i c_i) / (sum_i b_i sigma_i e^-S_i),
-/// S_i the depth up to node i. `shade(i, q)`: what lighting makes of node i's colour. Returns log2 of the
-/// piece's transmittance.
+///   tau = length sum_i b_i sigma_i,   alpha = 1 - e^-tau,
+///   emitted = alpha (sum_i b_i sigma_i e^-S_i c_i) / (sum_i b_i sigma_i e^-S_i),
+/// S_i the depth up to node i. `shade(i, q)`: what lighting makes of node i's colour.
 template <int kNodes, int kChannels, class Shade>
-HWY_INLINE F pass_piece(const PacketTransfer& t, const F* values, F length, const Shade& shade,
-                        Gathered<kChannels>& path) {
+HWY_INLINE PieceLight<kChannels> piece_light(const PacketTransfer& t, const F* values, F length,
+                                             const Shade& shade) {
   using G = Gauss<kNodes>;
   F y[kNodes], q[kNodes][kChannels];
   F mean = hn::Zero(DF());
   for (int i = 0; i < kNodes; ++i) {
     look_up<kChannels>(t, values[i], y[i], q[i]);
-    y[i] = hn::Min(y[i], hn::Zero(DF()));  // beside a cut, rounding may take the neighbour's line
+    // Beside a cut, rounding may take the neighbour's line, or find the end of a ramp up to 1.
+    y[i] = hn::Max(hn::Min(y[i], hn::Zero(DF())), constant(t.densest));
     shade(i, q[i]);
     mean = hn::MulAdd(constant(G::weight[i]), y[i], mean);
   }
-  const F depth = hn::Mul(length, mean);
-  const F alpha = hn::Neg(hn::Mul(depth, exp2m1_over(depth)));
+  PieceLight<kChannels> light;
+  light.depth = hn::Mul(length, mean);
+  light.alpha = hn::Neg(hn::Mul(light.depth, exp2m1_over(light.depth)));
   F total = hn::Zero(DF());
   F sum[kChannels];
   for (int c = 0; c < kChannels; ++c) sum[c] = hn::Zero(DF());
@@ -89,10 +98,26 @@ HWY_INLINE F pass_piece(const PacketTransfer& t, const F* values, F length, cons
     total = hn::Add(total, weight);
     for (int c = 0; c < kChannels; ++c) sum[c] = hn::MulAdd(weight, q[i][c], sum[c]);
   }
-  const F share = hn::Div(hn::Mul(path.transmittance, alpha), hn::Min(total, constant(-1e-30F)));
-  for (int c = 0; c < kChannels; ++c) path.sum[c] = hn::MulAdd(share, sum[c], path.sum[c]);
-  path.transmittance = hn::NegMulAdd(path.transmittance, alpha, path.transmittance);
-  return depth;
+  const F share = hn::Div(light.alpha, hn::Min(total, constant(-1e-30F)));
+  for (int c = 0; c < kChannels; ++c) light.emitted[c] = hn::Mul(share, sum[c]);
+  return light;
+}
+
+/// Adds the lanes of `m`.
+template <int kChannels>
+HWY_INLINE void pass(const PieceLight<kChannels>& light, M m, Gathered<kChannels>& path) {
+  const F before = hn::IfThenElseZero(m, path.transmittance);
+  for (int c = 0; c < kChannels; ++c) path.sum[c] = hn::MulAdd(before, light.emitted[c], path.sum[c]);
+  path.transmittance = hn::NegMulAdd(before, light.alpha, path.transmittance);
+}
+
+/// Both. Returns log2 of the piece's transmittance.
+template <int kNodes, int kChannels, class Shade>
+HWY_INLINE F pass_piece(const PacketTransfer& t, const F* values, F length, const Shade& shade,
+                        Gathered<kChannels>& path) {
+  const auto light = piece_light<kNodes, kChannels>(t, values, length, shade);
+  pass(light, hn::Gt(length, hn::Zero(DF())), path);
+  return light.depth;
 }
 
 }  // namespace vol::render::HWY_NAMESPACE

@@ -8,194 +8,20 @@
 
 #include <limits>
 
+#include "render/packet_budget-inl.h"
+#include "render/packet_cubic-inl.h"
 #include "render/packet_path-inl.h"
 #include "render/packet_pieces-inl.h"
+#include "render/packet_walk-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vol::render::HWY_NAMESPACE {
 
-/// Rays on their way from cell to cell: whole cells, the place inside as floats. A ray that crosses a face is
-/// set on it exactly, so that its rounding does not add up;
-/// the others gather half an ulp a cell (6e-8 voxel).
-class CellWalk {
- public:
-  CellWalk(const PacketJob& job, const PacketRays& rays) {
-    const Position entry = load(rays.entry_whole, rays.entry_part);
-    const Position step = load(rays.step_whole, rays.step_part);
-    const I wholes[] = {step.whole0, step.whole1, step.whole2},
-            parts[] = {step.part0, step.part1, step.part2};
-    cell_[0] = entry.whole0, cell_[1] = entry.whole1, cell_[2] = entry.whole2;
-    at_[0] = fraction(entry.part0), at_[1] = fraction(entry.part1), at_[2] = fraction(entry.part2);
-    for (int a = 0; a < 3; ++a) {
-      along_[a] = hn::Add(to_float(wholes[a]), fraction(parts[a]));
-      up_[a] = hn::Gt(along_[a], constant(0.0F));
-      still_[a] = hn::Eq(along_[a], constant(0.0F));
-      pace_[a] = hn::Div(constant(1.0F), hn::Max(hn::Abs(along_[a]), constant(1e-20F)));
-      last_[a] = constant_i(job.last_cell[a]);
-    }
-  }
-
-  /// Of the next face: steps to it, by axis and the least.
-  struct Faces {
-    F exit[3], nearest;
-  };
-  HWY_INLINE Faces faces() const {
-    Faces f;
-    for (int a = 0; a < 3; ++a) {
-      const F way = hn::IfThenElse(up_[a], hn::Sub(constant(1.0F), at_[a]), at_[a]);
-      f.exit[a] = hn::IfThenElse(still_[a], constant(1e30F), hn::Mul(way, pace_[a]));
-    }
-    f.nearest = hn::Min(f.exit[0], hn::Min(f.exit[1], f.exit[2]));
-    return f;
-  }
-
-  /// Into the next cell, for the lanes of `m`; returns those that leave the grid.
-  HWY_INLINE MI cross(const Faces& f, MI m) {
-    MI out = hn::Lt(hn::Zero(DI()), hn::Zero(DI()));
-    const M moving = float_mask(m);
-    for (int a = 0; a < 3; ++a) {
-      const M crosses = hn::And(moving, hn::Le(f.exit[a], f.nearest));
-      const F on = hn::IfThenElseZero(hn::Not(up_[a]), constant(1.0F));
-      const F inside =
-          hn::Min(hn::Max(hn::MulAdd(f.nearest, along_[a], at_[a]), hn::Zero(DF())), constant(1.0F));
-      at_[a] = hn::IfThenElse(crosses, on, hn::IfThenElse(moving, inside, at_[a]));
-      const I side = hn::IfThenElse(int_mask(up_[a]), constant_i(1), constant_i(-1));
-      cell_[a] = hn::Add(cell_[a], hn::IfThenElseZero(int_mask(crosses), side));
-      out = hn::Or(out, hn::Or(hn::Lt(cell_[a], hn::Zero(DI())), hn::Gt(cell_[a], last_[a])));
-    }
-    out = hn::And(out, m);
-    for (int a = 0; a < 3; ++a) cell_[a] = hn::Min(hn::Max(cell_[a], hn::Zero(DI())), last_[a]);
-    return out;
-  }
-
-  /// Steps that stay within macrocells less than `distance` away, by a margin of 1e-4 voxel.
-  HWY_INLINE F room(I distance) const {
-    constexpr std::int32_t kEdge = ::vol::index::Macrocells::kEdge;
-    const F reach = to_float(hn::Mul(distance, constant_i(kEdge)));
-    F least = constant(1e30F);
-    for (int a = 0; a < 3; ++a) {
-      const F local = hn::Add(to_float(hn::And(cell_[a], constant_i(kEdge - 1))), at_[a]);
-      const F way = hn::IfThenElse(up_[a], hn::Sub(reach, local),
-                                   hn::Add(local, hn::Sub(reach, constant(float(kEdge)))));
-      const F steps = hn::Mul(hn::MulSub(way, constant(1 - 1e-6F), constant(1e-4F)), pace_[a]);
-      least = hn::Min(least, hn::IfThenElse(still_[a], constant(1e30F), steps));
-    }
-    return least;
-  }
-
-  /// `length` steps on, any number of cells, for the lanes of `m`; returns those that leave the grid.
-  HWY_INLINE MI jump(F length, MI m) {
-    MI out = hn::Lt(hn::Zero(DI()), hn::Zero(DI()));
-    for (int a = 0; a < 3; ++a) {
-      const F there = hn::MulAdd(length, along_[a], at_[a]);
-      const F whole = hn::Floor(there);
-      at_[a] = hn::IfThenElse(float_mask(m), hn::Sub(there, whole), at_[a]);
-      cell_[a] = hn::Add(cell_[a], hn::IfThenElseZero(m, truncated(whole)));
-      out = hn::Or(out, hn::Or(hn::Lt(cell_[a], hn::Zero(DI())), hn::Gt(cell_[a], last_[a])));
-      cell_[a] = hn::Min(hn::Max(cell_[a], hn::Zero(DI())), last_[a]);
-    }
-    return hn::And(out, m);
-  }
-
-  [[nodiscard]] HWY_INLINE Position cell() const {
-    return {cell_[0], cell_[1], cell_[2], hn::Zero(DI()), hn::Zero(DI()), hn::Zero(DI())};
-  }
-  [[nodiscard]] HWY_INLINE F at(int a) const { return at_[a]; }
-  [[nodiscard]] HWY_INLINE F along(int a) const { return along_[a]; }
-
- private:
-  I cell_[3], last_[3];
-  F at_[3], along_[3], pace_[3];
-  M up_[3], still_[3];
-};
-
-/// The trilinear field along a ray's way through a cell, a cubic of s in [0,1], by powers.
-struct Cubic {
-  F c[4];
-  HWY_INLINE F operator()(F s) const {
-    return hn::MulAdd(s, hn::MulAdd(s, hn::MulAdd(s, c[3], c[2]), c[1]), c[0]);
-  }
-  HWY_INLINE F slope(F s) const {
-    return hn::MulAdd(s, hn::MulAdd(s, hn::Mul(constant(3.0F), c[3]), hn::Mul(constant(2.0F), c[2])), c[1]);
-  }
-};
-
-HWY_INLINE Cubic cubic_along(const Corners& v, F x, F y, F z, F dx, F dy, F dz) {
-  // Four edges along x: linear in s; mixed along y: quadratic; along z: cubic.
-  const auto start = [&](F v0, F v1) HWY_ATTR { return hn::MulAdd(x, hn::Sub(v1, v0), v0); };
-  const auto slope = [&](F v0, F v1) HWY_ATTR { return hn::Mul(dx, hn::Sub(v1, v0)); };
-  struct Quadratic {
-    F q0, q1, q2;
-  };
-  const auto face = [&](F a0, F a1, F b0, F b1) HWY_ATTR {
-    const F a = start(a0, a1), as = slope(a0, a1);
-    const F d = hn::Sub(start(b0, b1), a), ds = hn::Sub(slope(b0, b1), as);
-    return Quadratic{hn::MulAdd(y, d, a), hn::MulAdd(dy, d, hn::MulAdd(y, ds, as)), hn::Mul(dy, ds)};
-  };
-  const Quadratic front = face(v.v000, v.v100, v.v010, v.v110);
-  const Quadratic back = face(v.v001, v.v101, v.v011, v.v111);
-  const F d0 = hn::Sub(back.q0, front.q0), d1 = hn::Sub(back.q1, front.q1), d2 = hn::Sub(back.q2, front.q2);
-  return {{hn::MulAdd(z, d0, front.q0), hn::MulAdd(dz, d0, hn::MulAdd(z, d1, front.q1)),
-           hn::MulAdd(dz, d1, hn::MulAdd(z, d2, front.q2)), hn::Mul(dz, d2)}};
-}
-
-/// Smallest and largest value at most, by the Bernstein coefficients.
-HWY_INLINE void hull(const Cubic& p, F& lo, F& hi) {
-  const F third = constant(1.0F / 3);
-  const F b1 = hn::MulAdd(third, p.c[1], p.c[0]);
-  const F b2 = hn::MulAdd(third, hn::Add(hn::Add(p.c[1], p.c[1]), p.c[2]), p.c[0]);
-  const F b3 = p(constant(1.0F));
-  lo = hn::Min(hn::Min(p.c[0], b1), hn::Min(b2, b3));
-  hi = hn::Max(hn::Max(p.c[0], b1), hn::Max(b2, b3));
-}
-
-/// Where the cubic turns, in order; 2 where it does not within (0, 1).
-HWY_INLINE void turns(const Cubic& p, F& first, F& second) {
-  const F a = hn::Mul(constant(3.0F), p.c[3]), b = p.c[2], c = p.c[1];  // a s^2 + 2 b s + c
-  const F discriminant = hn::NegMulAdd(a, c, hn::Mul(b, b));
-  const M real = hn::Ge(discriminant, constant(0.0F));
-  const F root = hn::Sqrt(hn::Max(discriminant, constant(0.0F)));
-  const F q = hn::Neg(hn::Add(b, hn::IfThenElse(hn::Lt(b, constant(0.0F)), hn::Neg(root), root)));
-  const auto inside = [&](F numerator, F denominator) HWY_ATTR {
-    const M zero = hn::Eq(denominator, constant(0.0F));
-    const F s = hn::Div(numerator, hn::IfThenElse(zero, constant(1.0F), denominator));
-    const M in =
-        hn::And(hn::And(real, hn::Not(zero)), hn::And(hn::Gt(s, constant(0.0F)), hn::Lt(s, constant(1.0F))));
-    return hn::IfThenElse(in, s, constant(2.0F));
-  };
-  const F r = inside(q, a), t = inside(c, q);
-  first = hn::Min(r, t);
-  second = hn::Max(r, t);
-}
-
-/// s in [from, to], on which the cubic is monotone, where it takes a value between its ends' values: Newton
-/// steps, halved where they leave the bracket.
-HWY_INLINE F crossing(const Cubic& p, F from, F to, F value_from, F value_to, F value) {
-  const F rise = hn::Sub(value_to, value_from);
-  const M rising = hn::Gt(rise, constant(0.0F));
-  F s = hn::MulAdd(
-      hn::Div(hn::Sub(value, value_from), hn::IfThenElse(hn::Eq(rise, constant(0.0F)), constant(1.0F), rise)),
-      hn::Sub(to, from), from);
-  s = hn::Min(hn::Max(s, from), to);
-  F lo = from, hi = to;
-  for (int i = 0; i < 4; ++i) {
-    const F over = hn::Sub(p(s), value);
-    const M before = hn::Xor(hn::Gt(over, constant(0.0F)), rising);  // the crossing lies behind s
-    lo = hn::IfThenElse(before, s, lo);
-    hi = hn::IfThenElse(before, hi, s);
-    const F slope = p.slope(s);
-    const F next =
-        hn::Sub(s, hn::Div(over, hn::IfThenElse(hn::Eq(slope, constant(0.0F)), constant(1e-30F), slope)));
-    const M good = hn::And(hn::Ge(next, lo), hn::Le(next, hi));
-    s = hn::IfThenElse(good, next, hn::Mul(constant(0.5F), hn::Add(lo, hi)));
-  }
-  return s;
-}
-
 /// A packet cell by cell: in each, the cubic along the ray is cut where it crosses the transfer function's
 /// points (and `cuts` of packet_transfer.h), and its smooth pieces are integrated by kNodes Gauss nodes
-/// (after Weiss and Westermann 2021).
-template <PacketVoxels kVoxels, int kChannels, int kNodes>
+/// (after Weiss and Westermann 2021). Adaptive: a piece is halved until its error, estimated by the rule of
+/// one node less, fits the ray's budget.
+template <PacketVoxels kVoxels, int kChannels, int kNodes, bool kAdaptive>
 class Split {
  public:
   Split(const PacketJob& job, const PacketRays& rays) : job_(job), walk_(job, rays) {
@@ -208,6 +34,7 @@ class Split {
     path_.transmittance = constant(1.0F);
     for (int c = 0; c < kChannels; ++c) path_.sum[c] = hn::Zero(DF());
     for (int a = 0; a < 3; ++a) ray_[a] = job.shaded ? hn::Load(DF(), rays.direction[a]) : hn::Zero(DF());
+    budget_.begin(job, length_ahead(hn::Zero(d), hn::Load(d, rays.segments), hn::Load(DF(), rays.remainder)));
   }
 
   void cast(PacketPixels& pixels) {
@@ -278,53 +105,88 @@ class Split {
     hull(p, lo, hi);
     const I lowest = interval_of(t, lo), highest = interval_of(t, hi);
     const M some = hn::Gt(length, constant(0.0F));
-    const M whole = hn::Or(hn::Not(some), float_mask(hn::Eq(lowest, highest)));
-    const F clarity = hn::GatherIndex(DF(), t.clarity.data(), lowest);
-    if (HWY_LIKELY(hn::AllTrue(DF(), hn::And(whole, hn::Or(hn::Not(some), hn::Ge(clarity, length)))))) {
-      const M seen = hn::And(some, hn::Lt(clarity, constant(1e29F)));
-      if (hn::AllFalse(DF(), seen)) return;
-      piece(p, hn::Zero(DF()), constant(1.0F), length, seen, shade);
-    } else {
-      pass_in_pieces(p, length, shade);
+    M whole = hn::Or(hn::Not(some), float_mask(hn::Eq(lowest, highest)));
+    if (kChannels == 3 && job_.shaded && job_.headlight) {
+      // Light along the ray has a kink where the field's slope along it changes sign.
+      F turn, second;
+      turns(p, turn, second);
+      whole = hn::And(whole, hn::Or(hn::Not(some), hn::Gt(turn, constant(1.0F))));
     }
+    const F clarity = hn::GatherIndex(DF(), t.clarity.data(), lowest);
+    M done = hn::Not(some);
+    if (HWY_LIKELY(hn::AllTrue(DF(), hn::And(whole, hn::Or(done, hn::Ge(clarity, length)))))) {
+      const M seen = hn::And(some, hn::Lt(clarity, constant(kClear)));
+      if (hn::AllFalse(DF(), seen)) return;
+      const M passed = piece(p, hn::Zero(DF()), constant(1.0F), length, seen, shade);
+      done = hn::Or(done, passed);
+      if (!kAdaptive || HWY_LIKELY(hn::AllTrue(DF(), done))) return;
+    }
+    pass_in_pieces(p, length, done, shade);
   }
 
-  /// From `from` to `to` of a cell `length` steps long, for the lanes of `seen`.
+  /// From `from` to `to` of a cell `length` steps long, for the lanes of `seen`. Returns the lanes that are
+  /// behind it: all but those whose error would be too large.
   template <class Shade>
-  HWY_INLINE void piece(const Cubic& p, F from, F to, F length, M seen, const Shade& shade) {
-    F nodes[kNodes], values[kNodes];
+  HWY_INLINE M piece(const Cubic& p, F from, F to, F length, M seen, const Shade& shade) {
     const F width = hn::Sub(to, from);
-    for (int i = 0; i < kNodes; ++i) {
-      nodes[i] = hn::MulAdd(constant(Gauss<kNodes>::node[i]), width, from);
+    const F stretch = hn::IfThenElseZero(seen, hn::Mul(width, length));
+    const F start = hn::MulAdd(from, length, passed_);
+    const auto light = light_of<kNodes>(p, from, width, stretch, seen, shade);
+    M passes = seen;
+    if constexpr (kAdaptive) {
+      const auto check = light_of<kNodes - 1>(p, from, width, stretch, seen, shade);
+      const F error = ErrorBudget::estimate(job_, path_.transmittance, light, check);
+      const M fits = hn::Or(budget_.allows(error, stretch, start), hn::Le(width, constant(kNarrowest)));
+      passes = hn::And(seen, fits);
+      budget_.spend(hn::IfThenElseZero(passes, error));
+    }
+    const F before = path_.transmittance;
+    pass(light, passes, path_);
+    const I node = truncated(start);
+    halfway_.pass(node, hn::Sub(start, to_float(node)), before, path_.transmittance, light.depth, stretch);
+    return hn::Or(passes, hn::Not(seen));
+  }
+
+  template <int kSome, class Shade>
+  HWY_INLINE PieceLight<kChannels> light_of(const Cubic& p, F from, F width, F stretch, M seen,
+                                            const Shade& shade) {
+    F nodes[kSome], values[kSome];
+    for (int i = 0; i < kSome; ++i) {
+      nodes[i] = hn::MulAdd(constant(Gauss<kSome>::node[i]), width, from);
       values[i] = p(nodes[i]);
     }
-    const I evaluated = hn::IfThenElseZero(int_mask(seen), constant_i(kNodes));
+    const I evaluated = hn::IfThenElseZero(int_mask(seen), constant_i(kSome));
     samples_ = hn::Add(samples_, evaluated);
     if (job_.shaded) gradients_ = hn::Add(gradients_, evaluated);
-    const F before = path_.transmittance, stretch = hn::IfThenElseZero(seen, hn::Mul(width, length));
-    const F depth = pass_piece<kNodes>(
-        job_.transfer, values, stretch, [&](int i, F* q) HWY_ATTR { shade(nodes[i], q); }, path_);
-    const F start = hn::MulAdd(from, length, passed_);
-    const I node = truncated(start);
-    halfway_.pass(node, hn::Sub(start, to_float(node)), before, path_.transmittance, depth, stretch);
+    return piece_light<kSome, kChannels>(job_.transfer, values, stretch,
+                                         [&](int i, F* q) HWY_ATTR { shade(nodes[i], q); });
   }
 
+  /// A cell in pieces, for the lanes that are not `done`.
   template <class Shade>
-  HWY_NOINLINE void pass_in_pieces(const Cubic& p, F length, const Shade& shade) {
+  HWY_NOINLINE void pass_in_pieces(const Cubic& p, F length, M done, const Shade& shade) {
     const PacketTransfer& t = job_.transfer;
     const F one = constant(1.0F);
     const F per_length = hn::Div(one, hn::Max(length, constant(1e-20F)));
     F turn, second;
     turns(p, turn, second);
-    F from = hn::IfThenElseZero(hn::Not(hn::Gt(length, constant(0.0F))), one);
+    F from = hn::IfThenElseZero(done, one);
+    F widest = one;
     F value = p.c[0];
     I k = interval_of(t, value);
     do {
+      const M open = hn::Lt(from, one);
+      const F clarity = hn::GatherIndex(DF(), t.clarity.data(), k);
+      const M opaque = hn::And(open, hn::Eq(clarity, hn::Zero(DF())));
+      if (HWY_UNLIKELY(!hn::AllFalse(DF(), opaque))) {
+        enter_opaque(value, from, length, opaque, shade);
+        from = hn::IfThenElse(opaque, one, from);
+        continue;
+      }
       // The next stretch on which the cubic is monotone.
       const F end = hn::IfThenElse(hn::Lt(from, turn), hn::Min(turn, one),
                                    hn::IfThenElse(hn::Lt(from, second), hn::Min(second, one), one));
       const F value_end = p(end);
-      const M open = hn::Lt(from, one);
       const F upper = hn::GatherIndex(DF(), t.cuts.data(), k);
       const F beneath =
           hn::GatherIndex(DF(), t.cuts.data(), hn::Max(hn::Sub(k, constant_i(1)), hn::Zero(DI())));
@@ -338,33 +200,63 @@ class Split {
         const F place = crossing(p, from, end, value, value_end, hn::IfThenElse(cuts, cut, value));
         to = hn::IfThenElse(cuts, place, end);
       }
-      const F clarity = hn::GatherIndex(DF(), t.clarity.data(), k);
-      const F reach = hn::MulAdd(clarity, per_length, from);
+      F reach = hn::MulAdd(clarity, per_length, from);
+      if constexpr (kAdaptive) reach = hn::Min(reach, hn::Add(from, widest));
       const M capped = hn::Lt(reach, to);
       to = hn::IfThenElse(capped, reach, to);
       const F width = hn::Sub(to, from);
-      const M seen = hn::And(hn::Gt(width, constant(0.0F)), hn::Lt(clarity, constant(1e29F)));
-      if (!hn::AllFalse(DF(), seen)) {
-        piece(p, from, to, length, seen, shade);
+      const M seen = hn::And(hn::Gt(width, constant(0.0F)), hn::Lt(clarity, constant(kClear)));
+      M passed = hn::Eq(width, width);
+      if (!hn::AllFalse(DF(), seen)) passed = piece(p, from, to, length, seen, shade);
+      if constexpr (kAdaptive) {
+        widest =
+            hn::IfThenElse(passed, hn::Min(one, hn::Add(widest, widest)), hn::Mul(constant(0.5F), width));
       }
+      const M crosses = hn::And(hn::And(open, passed), hn::AndNot(capped, cuts));
       const I beside = hn::IfThenElse(int_mask(rises), constant_i(1), constant_i(-1));
-      k = hn::Add(k, hn::IfThenElseZero(int_mask(hn::And(open, hn::AndNot(capped, cuts))), beside));
-      value = hn::IfThenElse(hn::AndNot(capped, cuts), cut, hn::IfThenElse(capped, p(to), value_end));
-      from = to;
+      k = hn::Add(k, hn::IfThenElseZero(int_mask(crosses), beside));
+      const F value_to =
+          hn::IfThenElse(hn::AndNot(capped, cuts), cut, hn::IfThenElse(capped, p(to), value_end));
+      value = hn::IfThenElse(passed, value_to, value);
+      from = hn::IfThenElse(passed, to, from);
       // What lies behind nothing is seen through is left out.
     } while (!hn::AllFalse(DF(), hn::And(hn::Lt(from, one), hn::Gt(path_.transmittance, constant(0.0F)))));
+  }
+
+  /// T c, and nothing behind it.
+  template <class Shade>
+  HWY_NOINLINE void enter_opaque(F value, F from, F length, M m, const Shade& shade) {
+    PieceLight<kChannels> light;
+    F y;
+    look_up<kChannels>(job_.transfer, value, y, light.emitted);
+    shade(from, light.emitted);
+    light.alpha = constant(1.0F);
+    light.depth = constant(kOpaque);
+    const F before = path_.transmittance, start = hn::MulAdd(from, length, passed_);
+    pass(light, m, path_);
+    const I node = truncated(start);
+    halfway_.pass(node, hn::Sub(start, to_float(node)), before, path_.transmittance, light.depth,
+                  hn::Zero(DF()));
+    samples_ = hn::Add(samples_, hn::IfThenElseZero(int_mask(m), constant_i(1)));
+    if (job_.shaded) gradients_ = hn::Add(gradients_, hn::IfThenElseZero(int_mask(m), constant_i(1)));
   }
 
   void store(PacketPixels& pixels) const {
     store_colour<kChannels>(job_.transfer, path_.sum, path_.transmittance, pixels);
     halfway_.store(pixels);
     store_counts(samples_, skipped_, gradients_, stopped_, pixels);
+    const F unseen = hn::IfThenElseZero(float_mask(stopped_), path_.transmittance);
+    hn::Store(hn::MulAdd(constant(job_.error_alpha), unseen, budget_.made()), DF(), pixels.error);
   }
+
+  static constexpr float kClear = 1e29F;            // clarity of what nothing is seen in
+  static constexpr float kNarrowest = 1.0F / 4096;  // of a cell: no piece is halved further
 
   const PacketJob& job_;
   CellWalk walk_;
   Gathered<kChannels> path_;
   Halfway halfway_;
+  ErrorBudget budget_;
   I samples_, skipped_, gradients_;
   F passed_;  // steps from the entry
   F ray_[3];

@@ -134,25 +134,46 @@ void find_affine(const Optics& optics, double lo, double hi, PacketTransfer& tab
   }
 }
 
-/// Where preintegrated segments are cut, from every interval that meets the data's range.
+/// 1 - opacity at the cuts of an interval, from end to end: each at most kRatio times its neighbour. A ramp
+/// that reaches opacity 1 has one more piece, below kLeast, where extinction goes to infinity as a logarithm
+/// does.
+std::vector<double> clear_at_cuts(double clear0, double clear1) {
+  constexpr double kRatio = 1.5, kLeast = 0x1p-20;
+  if (std::max(clear0, clear1) < kLeast) return {clear0, clear1};
+  std::vector<double> clear;
+  if (clear0 < kLeast) clear.push_back(clear0);
+  const double from = std::max(clear0, kLeast), to = std::max(clear1, kLeast);
+  const int pieces =
+      std::max(1, static_cast<int>(std::ceil(std::abs(std::log(to / from)) / std::log(kRatio) - 1e-9)));
+  for (int p = 0; p <= pieces; ++p) clear.push_back(from * std::pow(to / from, double(p) / pieces));
+  clear1 < kLeast ? clear.push_back(clear1) : void(clear.back() = clear1);
+  return clear;
+}
+
+/// Where preintegrated segments and the cells of split are cut, from every interval that meets the data's
+/// range.
 void set_cuts(const Optics& optics, double lo, double hi, PacketTransfer& table) {
-  constexpr double kRatio = 1.5;
+  constexpr double kDensest =
+      -26;  // log2(1 - opacity), mean over the last piece of a ramp up to 1 and beyond
   std::vector<float> cuts, clarity;
+  table.densest = static_cast<float>(kDensest * table.exponent);
   for (const OpticsInterval& interval : optics.intervals()) {
     if (interval.hi < lo) continue;
     // Only what the data reach: beyond, opacity may be 1.
     const double from = std::max(interval.lo, lo), to = std::min(interval.hi, hi);
     const double opacity0 = interval.opacity(from), opacity1 = interval.opacity(to);
-    const double clear0 = 1 - opacity0, clear1 = 1 - opacity1;
-    const int pieces = std::max(
-        1, static_cast<int>(std::ceil(std::abs(std::log(clear1 / clear0)) / std::log(kRatio) - 1e-9)));
-    for (int p = 0; p < pieces; ++p) {
-      const auto opacity = [&](int i) { return 1 - clear0 * std::pow(clear1 / clear0, double(i) / pieces); };
-      const double steepest = table.exponent * std::log2(1 - std::max(opacity(p), opacity(p + 1)));
-      clarity.push_back(steepest < 0 ? static_cast<float>(std::min(1e30, -1 / steepest)) : 1e30F);
-      cuts.push_back(static_cast<float>(p + 1 < pieces ? from + (opacity(p + 1) - opacity0) /
-                                                                    (opacity1 - opacity0) * (to - from)
-                                                       : interval.hi));
+    if (opacity0 == 1 && opacity1 == 1) {
+      clarity.push_back(0);
+      cuts.push_back(static_cast<float>(interval.hi));
+    } else {
+      const std::vector<double> clear = clear_at_cuts(1 - opacity0, 1 - opacity1);
+      for (std::size_t p = 0; p + 1 < clear.size(); ++p) {
+        const double steepest =
+            table.exponent * std::max(kDensest, std::log2(std::min(clear[p], clear[p + 1])));
+        clarity.push_back(steepest < 0 ? static_cast<float>(std::min(1e30, -1 / steepest)) : 1e30F);
+        const double place = (1 - clear[p + 1] - opacity0) / (opacity1 - opacity0);
+        cuts.push_back(static_cast<float>(p + 2 < clear.size() ? from + place * (to - from) : interval.hi));
+      }
     }
     if (interval.hi > hi) break;
   }
@@ -198,7 +219,7 @@ bool tabulate(const Optics& optics, const index::Macrocells::Range& range, bool 
   if (table.affine) table.colours = Buffer<float>();
   if (!std::isfinite(table.scale)) return false;
   if (rule != PacketRule::preintegrated && rule != PacketRule::split) return true;
-  if (table.opaque) return false;
+  if (table.opaque && rule == PacketRule::preintegrated) return false;
   set_cuts(optics, lo, hi, table);
   return true;
 }

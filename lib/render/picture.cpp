@@ -20,6 +20,54 @@ float as_float(double value, const char* channel) {
   return narrow;
 }
 
+struct Partial {
+  RenderCounts counts;
+  double error = 0;
+};
+
+/// One pixel after another, from any thread.
+struct Painter {
+  const RayBox& box;
+  const camera::Camera& camera;
+  const RayCaster& cast;
+  image::Image& image;
+
+  void paint(int x, int y, Partial& partial) const {
+    const camera::Ray ray = camera.ray(x + 0.5, y + 0.5);
+    const auto chord = box.chord(ray, camera.t_min());
+    if (!chord) return;
+    ++partial.counts.rays;
+    const std::int64_t samples_before = partial.counts.samples;
+    const Pixel pixel = cast(ray, *chord, partial.counts);
+    static constexpr const char* kNames[3] = {"R", "G", "B"};
+    for (int c = 0; c < 3; ++c) image.at(x, y, c) = as_float(pixel.colour[c], kNames[c]);
+    image.at(x, y, 3) = as_float(pixel.alpha, "A");
+    image.at(x, y, 4) = static_cast<float>(partial.counts.samples - samples_before);
+    image.at(x, y, 5) = static_cast<float>(pixel.depth);
+    if (image.channels.size() > kErrorChannel)
+      image.at(x, y, kErrorChannel) = static_cast<float>(pixel.error);
+    partial.error = std::max(partial.error, pixel.error);
+  }
+};
+
+void fold(Partial& sum, const Partial& p) {
+  sum.counts += p.counts;
+  sum.error = std::max(sum.error, p.error);
+}
+
+/// Pixels of a list.
+Partial paint(const Painter& painter, std::span<const PixelPosition> pixels) {
+  const auto some = [&](std::int64_t begin, std::int64_t end) {
+    Partial partial;
+    for (auto i = begin; i < end; ++i) {
+      const PixelPosition& p = pixels[static_cast<std::size_t>(i)];
+      painter.paint(p.x, p.y, partial);
+    }
+    return partial;
+  };
+  return parallel_reduce<Partial>(0, static_cast<std::int64_t>(pixels.size()), 16, some, fold);
+}
+
 }  // namespace
 
 void require_valid(const RenderOptions& options) {
@@ -28,6 +76,9 @@ void require_valid(const RenderOptions& options) {
   if (options.nodes < 1 || options.nodes > 3) throw Error("split takes 1, 2 or 3 Gauss nodes a piece");
   if (!(options.tolerance > 0) || !std::isfinite(options.tolerance)) {
     throw Error("tolerance is not a positive number");
+  }
+  if (!(options.max_error >= 0) || !std::isfinite(options.max_error)) {
+    throw Error("largest error is not a positive number");
   }
   if (!(options.termination >= 0 && options.termination < 1)) {
     throw Error("termination: a transmittance in [0, 1) is expected");
@@ -40,38 +91,24 @@ double resolved_reference_length(const Scene& scene, double smallest_spacing) {
   throw Error("a field without a grid has no spacing: the scene needs a reference_length");
 }
 
+image::Image blank_image(const RenderOptions& options) {
+  std::vector<std::string> channels{"R", "G", "B", "A", "samples", "depth"};
+  if (options.max_error > 0) channels.emplace_back("error");
+  image::Image image(options.width, options.height, channels);
+  for (int y = 0; y < options.height; ++y) {
+    for (int x = 0; x < options.width; ++x) image.at(x, y, 5) = std::numeric_limits<float>::infinity();
+  }
+  return image;
+}
+
 RenderResult draw(const volume::FieldBounds& bounds, const Scene& scene, const RenderOptions& options,
                   const RayCaster& cast) {
   const RayBox box(bounds);
   const camera::Camera camera(scene.view, bounds.centre(), bounds.longest_edge(), options.width,
                               options.height);
-  RenderResult result{
-      image::Image(options.width, options.height, {"R", "G", "B", "A", "samples", "depth"}), {}, 0};
-  struct Partial {
-    RenderCounts counts;
-    double error = 0;
-  };
-  for (int y = 0; y < options.height; ++y) {
-    for (int x = 0; x < options.width; ++x) result.image.at(x, y, 5) = std::numeric_limits<float>::infinity();
-  }
-  const auto pixel_at = [&](int x, int y, Partial& partial) {
-    const camera::Ray ray = camera.ray(x + 0.5, y + 0.5);
-    const auto chord = box.chord(ray, camera.t_min());
-    if (!chord) return;
-    ++partial.counts.rays;
-    const std::int64_t samples_before = partial.counts.samples;
-    const Pixel pixel = cast(ray, *chord, partial.counts);
-    static constexpr const char* kNames[3] = {"R", "G", "B"};
-    for (int c = 0; c < 3; ++c) result.image.at(x, y, c) = as_float(pixel.colour[c], kNames[c]);
-    result.image.at(x, y, 3) = as_float(pixel.alpha, "A");
-    result.image.at(x, y, 4) = static_cast<float>(partial.counts.samples - samples_before);
-    result.image.at(x, y, 5) = static_cast<float>(pixel.depth);
-    partial.error = std::max(partial.error, pixel.error);
-  };
-  const auto fold = [](Partial& sum, const Partial& p) {
-    sum.counts += p.counts;
-    sum.error = std::max(sum.error, p.error);
-  };
+  RenderResult result{blank_image(options), {}, 0};
+  const Painter painter{box, camera, cast, result.image};
+  const auto pixel_at = [&](int x, int y, Partial& partial) { painter.paint(x, y, partial); };
   Partial total;
   if (options.image_step == 1) {
     const auto row = [&](std::int64_t y0, std::int64_t y1) {
@@ -83,23 +120,24 @@ RenderResult draw(const volume::FieldBounds& bounds, const Scene& scene, const R
     };
     total = parallel_reduce<Partial>(0, options.height, 1, row, fold);
   } else {
-    cast_refined(
-        result.image, options.image_step, options.image_tolerance,
-        [&](std::span<const PixelPosition> pixels) {
-          const auto some = [&](std::int64_t begin, std::int64_t end) {
-            Partial partial;
-            for (auto i = begin; i < end; ++i) {
-              const PixelPosition& p = pixels[static_cast<std::size_t>(i)];
-              pixel_at(p.x, p.y, partial);
-            }
-            return partial;
-          };
-          fold(total, parallel_reduce<Partial>(0, static_cast<std::int64_t>(pixels.size()), 64, some, fold));
-        });
+    cast_refined(result.image, options.image_step, options.image_tolerance,
+                 [&](std::span<const PixelPosition> pixels) { fold(total, paint(painter, pixels)); });
   }
   result.counts = total.counts;
   result.error_estimate = total.error;
   return result;
+}
+
+void redraw(const volume::FieldBounds& bounds, const Scene& scene, std::span<const PixelPosition> pixels,
+            const RayCaster& cast, RenderResult& result) {
+  const RayBox box(bounds);
+  const camera::Camera camera(scene.view, bounds.centre(), bounds.longest_edge(), result.image.width,
+                              result.image.height);
+  for (const PixelPosition& p : pixels) {
+    result.image.at(p.x, p.y, 5) = std::numeric_limits<float>::infinity();
+  }
+  const Partial total = paint({box, camera, cast, result.image}, pixels);
+  result.counts += total.counts;
 }
 
 }  // namespace vol::render

@@ -1,9 +1,11 @@
 #pragma once
 #include <functional>
 #include <limits>
+#include <span>
 
 #include "render/ray_box.h"
 #include "render/raycast.h"
+#include "render/refinement.h"
 
 namespace vol::render {
 
@@ -25,6 +27,16 @@ using RayCaster = std::function<Pixel(const camera::Ray&, const Chord&, RenderCo
 /// whatever the number of threads.
 [[nodiscard]] RenderResult draw(const volume::FieldBounds& bounds, const Scene& scene,
                                 const RenderOptions& options, const RayCaster& cast);
+
+/// Number of the channel `error`, in pictures that have it.
+inline constexpr std::size_t kErrorChannel = 6;
+
+/// What no ray meets: depth infinite, all else 0; with a channel `error` where options.max_error asks for it.
+[[nodiscard]] image::Image blank_image(const RenderOptions& options);
+
+/// Casts some pixels of a picture anew, and adds what that costs to its counts.
+void redraw(const volume::FieldBounds& bounds, const Scene& scene, std::span<const PixelPosition> pixels,
+            const RayCaster& cast, RenderResult& result);
 
 /// What raycast_plain and raycast_reference do to a ray. Refer to the field, the volume and the index, which
 /// must live longer.

@@ -68,6 +68,7 @@ RayCaster caster(const FieldView& field, PieceSource pieces, const Scene& scene,
       std::make_shared<const Optics>(scene.transfer, resolved_reference_length(scene, smallest_spacing));
   std::optional<BlinnPhong> shading;
   if (scene.shading) shading.emplace(*scene.shading);
+  const bool headlight = scene.shading && !scene.shading->light;
   const double brightest =
       (shading ? shading->brightest() : Lit{})(Vec3::Constant(optics->brightest())).maxCoeff();
   return [=, pieces = std::move(pieces), tolerance = options.tolerance](
@@ -79,7 +80,7 @@ RayCaster caster(const FieldView& field, PieceSource pieces, const Scene& scene,
         return (*shading)(field.gradient(ray.origin + t * ray.direction), ray.direction);
       };
     }
-    ReferenceIntegral integral(*optics, tolerance, chord.length(), brightest, std::move(light));
+    ReferenceIntegral integral(*optics, tolerance, chord.length(), brightest, std::move(light), headlight);
     counts.samples += pieces(ray, chord, [&](const RayPiece& piece) { return integral.add(piece); });
     counts.samples += integral.evaluations();
     return integral.pixel();
@@ -111,7 +112,8 @@ RenderResult raycast_reference(const FieldView& field, const Scene& scene, const
   return draw(field.bounds, scene, options, reference_caster(field, scene, options));
 }
 
-RenderResult raycast_split_plain(const volume::Volume& volume, const Scene& scene, const RenderOptions& options) {
+RenderResult raycast_split_plain(const volume::Volume& volume, const Scene& scene,
+                                 const RenderOptions& options) {
   RenderOptions adaptive = options;
   adaptive.tolerance = kSplitTolerance;
   return raycast_reference(volume, scene, adaptive);

@@ -6,12 +6,13 @@
 namespace vol::render {
 
 ReferenceIntegral::ReferenceIntegral(const Optics& optics, double tolerance, double ray_length,
-                                     double brightest, Light light)
+                                     double brightest, Light light, bool headlight)
     : optics_(optics),
       tolerance_(tolerance),
       ray_length_(ray_length),
       brightest_(std::max(1.0, brightest)),  // alpha is a channel too
-      light_(std::move(light)) {}
+      light_(std::move(light)),
+      headlight_(headlight) {}
 
 bool ReferenceIntegral::add(const RayPiece& piece) {
   const double lo = piece.p.min();
@@ -22,6 +23,7 @@ bool ReferenceIntegral::add(const RayPiece& piece) {
   for (auto it = std::upper_bound(points.begin(), points.end(), lo); it != points.end() && *it < hi; ++it) {
     append_crossings(piece.p, *it, cuts_);
   }
+  if (headlight_) append_crossings(piece.p.derivative(), 0, cuts_);
   cuts_.push_back(1);
   std::sort(cuts_.begin(), cuts_.end());
   const double share = std::max((piece.t1 - piece.t0) / ray_length_, 1e-3);

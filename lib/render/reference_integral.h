@@ -33,8 +33,12 @@ class ReferenceIntegral {
   using Light = std::function<Lit(double t)>;
 
   /// \param light  of the point at t, or empty for none
+  /// \param headlight  light comes along the ray: |N.L| then has its kinks where the field's slope along the
+  /// ray
+  ///                   changes sign, and pieces are cut there too
   /// \param brightest  upper bound of a lit colour's components
-  ReferenceIntegral(const Optics& optics, double tolerance, double ray_length, double brightest, Light light);
+  ReferenceIntegral(const Optics& optics, double tolerance, double ray_length, double brightest, Light light,
+                    bool headlight = false);
 
   /// Adds the next piece. \returns false once nothing more can be seen.
   bool add(const RayPiece& piece);
@@ -61,6 +65,7 @@ class ReferenceIntegral {
   double ray_length_;
   double brightest_;
   Light light_;
+  bool headlight_;
   Pixel pixel_;
   double transmittance_ = 1;
   bool done_ = false;

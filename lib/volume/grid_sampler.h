@@ -85,6 +85,9 @@ class GridSampler {
     const Weights x = weights(p_index, 0);
     const Weights y = weights(p_index, 1);
     const Weights z = weights(p_index, 2);
+    // Relative to one sample: where all are equal the gradient is 0, not rounding, which would have a
+    // direction.
+    const auto base = static_cast<double>(row_at(y.index[0], z.index[0])[x.index[0]]);
     Vec3 sum = Vec3::Zero();
     for (int c = 0; c < kTaps; ++c) {
       for (int b = 0; b < kTaps; ++b) {
@@ -92,7 +95,7 @@ class GridSampler {
         double line = 0;
         double slope = 0;
         for (int a = 0; a < kTaps; ++a) {
-          const auto sample = static_cast<double>(row[x.index[a]]);
+          const double sample = static_cast<double>(row[x.index[a]]) - base;
           line += x.w[a] * sample;
           slope += x.dw[a] * sample;
         }

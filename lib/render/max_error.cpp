@@ -1,0 +1,51 @@
+#include "render/max_error.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "base/error.h"
+#include "render/picture.h"
+#include "volume/grid_sampler.h"
+
+namespace vol::render {
+namespace {
+
+/// Pixels whose estimate is above a bound.
+std::vector<PixelPosition> pixels_above(const image::Image& image, double bound) {
+  std::vector<PixelPosition> above;
+  for (std::int32_t y = 0; y < image.height; ++y) {
+    for (std::int32_t x = 0; x < image.width; ++x) {
+      if (!(double(image.at(x, y, kErrorChannel)) <= bound)) above.push_back({x, y});
+    }
+  }
+  return above;
+}
+
+double largest_error(const image::Image& image) {
+  double most = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) most = std::max(most, double(image.at(x, y, kErrorChannel)));
+  }
+  return most;
+}
+
+}  // namespace
+
+RenderResult raycast_within_error(const PacketVolume& volume, const Scene& scene,
+                                  const RenderOptions& options) {
+  if (!(options.max_error > 0)) throw Error("the largest error must be a positive number");
+  RenderOptions adaptive = options;
+  adaptive.quadrature = Quadrature::split;
+  adaptive.image_step = 1;
+  adaptive.tolerance = kReferenceShare * options.max_error;
+  RenderResult result = raycast_packet(volume, scene, adaptive);
+  const std::vector<PixelPosition> above = pixels_above(result.image, options.max_error);
+  if (!above.empty()) {
+    redraw(volume::field_bounds(volume.original().geometry()), scene, above,
+           reference_caster(volume.original(), scene, adaptive), result);
+  }
+  result.error_estimate = largest_error(result.image);
+  return result;
+}
+
+}  // namespace vol::render
