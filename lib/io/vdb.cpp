@@ -93,10 +93,6 @@ void initialize() {
   (void)done;
 }
 
-std::string output_name(const std::filesystem::path& path) {
-  return is_standard_stream(path) ? "standard output" : path.string();
-}
-
 /// Runs work on a file; every failure becomes one line that names it.
 template <class Work>
 auto guarded(const std::string& name, Work&& work) {
