@@ -99,6 +99,7 @@ TEST_F(FileTest, AClosedFolderIsToldBeforehand) {
   fs::permissions(folder / "closed", fs::perms::none);
   EXPECT_THROW(require_writable(folder / "closed" / "a.bin"), Error);
   EXPECT_THROW(OutputFile{folder / "closed" / "a.bin"}, Error);
+  fs::permissions(folder / "closed", fs::perms::owner_all);
 }
 
 TEST_F(FileTest, WhatCannotBeWrittenIsToldBeforehand) {
