@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <ios>
 #include <span>
 #include <streambuf>
 #include <string>
