@@ -22,7 +22,7 @@ struct RawLayout {
 };
 
 struct ReadOptions {
-  std::string array;  ///< name of the array (VTK, OpenVDB); empty: the first scalar one
+  std::string array;                ///< name of the array (VTK, OpenVDB); empty: the first scalar one
   std::optional<RawLayout> raw{};   ///< read the file as headerless data
   std::optional<int> volume{};      ///< which volume of a 4-D NIfTI file, from 0
   std::optional<double> missing{};  ///< replaces NaN and infinities, which are refused otherwise
@@ -37,9 +37,9 @@ struct ReadOptions {
 /// by the first bytes; "-" is standard input. Voxels keep their type, save that a NIfTI scaling gives f32 or
 /// f64. Key/value pairs come as attributes.
 ///
-/// Memory taken grows with the data that come, not with what a header promises. Throws vol::Error, one line
-/// that names the file at fault (of detached data, the data file): too few or too many data, unusable
-/// geometry, a type no volume has, an `array` or `volume` asked of a format that has none, NaN or infinity unless `missing` is set, more than memory_limit.
+/// Memory taken grows with the data that come, not with a header's promise. Throws vol::Error, one line that
+/// names the file at fault (of detached data, the data file): too few or too many data, unusable geometry, a
+/// type no volume has, an `array` or `volume` it has none of, NaN or infinity (`missing`), over memory_limit.
 [[nodiscard]] volume::Volume read_volume(const std::filesystem::path& path, const ReadOptions& options = {});
 /// The same from a file that is open, so that a caller can look at its first bytes before.
 [[nodiscard]] volume::Volume read_volume(InputFile& file, const ReadOptions& options = {});
