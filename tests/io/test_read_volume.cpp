@@ -40,10 +40,12 @@ TEST(ReadVolume, AChoiceThatTheFormatDoesNotHaveIsRefused) {
                                  "ObjectType = Image\nNDims = 3\nDimSize = 3 2 1\nElementType = MET_SHORT\n"
                                  "ElementDataFile = LOCAL\n" +
                                      packed(kShorts));
+  ReadOptions first;
+  first.volume = 0;
   for (const auto& path : {nrrd, meta}) {
     EXPECT_EQ(values(read_volume(path)), kSix);
     EXPECT_THAT(message_of(path, {.array = "density"}), HasSubstr("has no arrays by name"));
-    EXPECT_THAT(message_of(path, {.volume = 0}), HasSubstr("has no numbered volumes"));
+    EXPECT_THAT(message_of(path, first), HasSubstr("has no numbered volumes"));
   }
   ReadOptions raw;
   raw.raw = RawLayout{.dims = {3, 2, 1}, .type = VoxelType::i16};

@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
 
 #include "base/error.h"
 
@@ -16,7 +20,13 @@ class AnyVolume : public testing::Test {
  protected:
   fs::path folder = fs::temp_directory_path() / ("precis-any-volume-" + std::to_string(::getpid()));
   volume::Volume v = volume::allocate(volume::VoxelType::f16, {.dims = {3, 4, 5}});
-  void SetUp() override { fs::create_directories(folder); }
+  void SetUp() override {
+    fs::create_directories(folder);
+    volume::visit(v, [](auto& grid) {
+      using T = typename std::decay_t<decltype(grid)>::value_type;
+      std::fill(grid.voxels.begin(), grid.voxels.end(), static_cast<T>(1.0f));
+    });
+  }
   void TearDown() override { fs::remove_all(folder); }
   static std::string failure(const std::function<void()>& work) {
     try {
