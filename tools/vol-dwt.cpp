@@ -47,6 +47,9 @@ void declare(CLI::App& app, Options& o) {
   auto* inverse = app.add_flag("--inverse", o.inverse, "Rebuild the volume, its voxel type and geometry")
                       ->group(transform);
   format->needs(inverse);
+  for (auto* option : app.get_options()) {  // coefficients are one kind of file, with nothing to choose in it
+    if (option->get_group() == cli::kVolumeInputGroup) option->excludes(inverse);
+  }
   const auto forward = [&](CLI::Option* option) { option->group(transform)->excludes(inverse); };
   forward(
       app.add_option(

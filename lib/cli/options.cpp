@@ -29,6 +29,7 @@ std::vector<std::string> split(const std::string& text, char separator) {
 
 template <class T>
 bool parse(const std::string& text, T& value) {
+  if (text.starts_with("+-")) return false;  // from_chars takes no plus of its own, but a minus
   const char* first = text.data() + (text.starts_with('+') ? 1 : 0);
   const char* last = text.data() + text.size();
   const auto result = std::from_chars(first, last, value);

@@ -85,13 +85,12 @@ Progress::Progress(std::string tool) {
 
 Progress::~Progress() = default;
 
-std::string Progress::phase(std::string_view name) {
+std::string Progress::phase(std::string name) noexcept {
   if (!display_) return {};
   const std::lock_guard lock(display_->mutex);
-  std::string before = std::move(display_->phase);
-  display_->phase = std::string(name);
   if (name.empty()) clear_progress();
-  return before;
+  display_->phase.swap(name);
+  return name;
 }
 
 }  // namespace vol::cli

@@ -1,7 +1,6 @@
 #pragma once
 #include <memory>
 #include <string>
-#include <string_view>
 
 namespace vol::cli {
 
@@ -18,7 +17,7 @@ class Progress {
 
   /// Names what runs from now on; "" is nothing: the line is cleared and stays so. Returns what ran until
   /// now.
-  std::string phase(std::string_view name);
+  std::string phase(std::string name) noexcept;
 
  private:
   struct Display;

@@ -108,26 +108,29 @@ json describe_times(const std::vector<std::pair<std::string, std::vector<double>
 
 }  // namespace
 
-Record::Stopwatch::Stopwatch(Record& record, std::string_view phase) : record_(record), phase_(phase) {
-  if (record_.progress_ != nullptr) outer_phase_ = record_.progress_->phase(phase);
+Record::Stopwatch::Stopwatch(Record& record, std::string_view phase)
+    : record_(record), phase_(record.phase_number(phase)) {
+  auto& times = record_.data_->phases[phase_].second;
+  run_ = times.size();
+  times.push_back(0);
+  if (record_.progress_ != nullptr) outer_phase_ = record_.progress_->phase(std::string(phase));
 }
 
-Record::Stopwatch::~Stopwatch() {
-  record_.add_time(phase_, timer_.seconds());
-  if (record_.progress_ != nullptr) record_.progress_->phase(outer_phase_);
+Record::Stopwatch::~Stopwatch() noexcept {
+  record_.data_->phases[phase_].second[run_] = timer_.seconds();
+  if (record_.progress_ != nullptr) (void)record_.progress_->phase(std::move(outer_phase_));
 }
 
 Record::Record() : data_(std::make_unique<Data>()) {}
 Record::~Record() = default;
 
-void Record::add_time(std::string_view phase, double seconds) {
-  for (auto& [name, times] : data_->phases) {
-    if (name == phase) {
-      times.push_back(seconds);
-      return;
-    }
-  }
-  data_->phases.emplace_back(phase, std::vector<double>{seconds});
+std::size_t Record::phase_number(std::string_view name) {
+  auto& phases = data_->phases;
+  const auto found =
+      std::find_if(phases.begin(), phases.end(), [&](const auto& phase) { return phase.first == name; });
+  if (found != phases.end()) return static_cast<std::size_t>(found - phases.begin());
+  phases.emplace_back(name, std::vector<double>{});
+  return phases.size() - 1;
 }
 
 void Record::count(std::string_view name, std::int64_t value) { data_->counts[std::string(name)] = value; }

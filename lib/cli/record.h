@@ -36,7 +36,6 @@ class Record {
     for (int n = 1; n < repeat_; ++n) (void)timed(phase, f);
     return timed(phase, f);
   }
-  void add_time(std::string_view phase, double seconds);
 
   void count(std::string_view name, std::int64_t value);
   /// A figure of the result: number, string, array or object.
@@ -63,21 +62,25 @@ class Record {
 
  private:
   friend class Runner;
-  /// Times a phase and names it on the progress line while it runs.
+  /// Times a phase and names it on the progress line while it runs. The place of the time is made at the start:
+  /// the end, which may come while an error is on its way, takes no memory.
   class Stopwatch {
    public:
     Stopwatch(Record& record, std::string_view phase);
-    ~Stopwatch();
+    ~Stopwatch() noexcept;
     Stopwatch(const Stopwatch&) = delete;
     Stopwatch& operator=(const Stopwatch&) = delete;
 
    private:
     Record& record_;
-    std::string_view phase_;
+    std::size_t phase_;  // its number among the phases
+    std::size_t run_;    // and of this time among its times
     std::string outer_phase_;
     Timer timer_;
   };
   struct Data;
+  /// Number of the phase of that name, a new one if there is none yet.
+  std::size_t phase_number(std::string_view name);
   std::unique_ptr<Data> data_;
   Progress* progress_ = nullptr;  // of run(), while it lasts
   int repeat_ = 1;

@@ -93,6 +93,8 @@ class Stats {
     const std::string text = Runner::to_json(record).dump(2, ' ', false, replace) + "\n";
     if (!file_) {
       std::fputs(text.c_str(), stderr);
+      if (std::fflush(stderr) != 0 || std::ferror(stderr) != 0)
+        throw Error("the stats record cannot be written to standard error");
       return;
     }
     file_->write(std::string_view(text));
@@ -206,8 +208,8 @@ int run(CLI::App& app, const ToolInfo& tool, int argc, char** argv, const std::f
                       app);
     Stats stats(common.stats);
     const int status = watched(record, tool, common.quiet, work);
-    stats.write(record);
     if (!said_all()) throw Error("cannot write to standard output");
+    stats.write(record);
     return status;
   } catch (const CLI::ParseError& error) {
     return usage_error(app, tool, error);

@@ -18,6 +18,11 @@ struct ToolInfo {
 /// what `work` returns (0 done, 1 the answer is no), 2 could not do it (usage, data, files), 3 a device is
 /// missing, 128 + signal when interrupted. The only place with a try/catch around a tool.
 ///
+/// The record is opened before the work and written last, after the outputs and what goes to standard output:
+/// it holds their sizes, hashes and times, and says of a run that it is done. A place that cannot be opened is
+/// thus refused before any work. A record that fails only then (a full disk) is an error like any other, one
+/// line and status 2; the outputs, whole by then, stay: they are right, and may have taken hours.
+///
 /// Adds the options every tool has: --stats --checksum --threads --repeat --config --quiet --verbose --version.
 /// Options in a CLI11 group named "Files" and the ones above are left out of the provenance.
 ///

@@ -27,7 +27,7 @@ io::ReadOptions read_options(const VolumeInput& input) {
 }  // namespace
 
 void add_volume_options(CLI::App& app, VolumeInput& input) {
-  const auto group = "Volume input";
+  const auto* const group = kVolumeInputGroup;
   app.add_option("--array", input.array, "Which array, where a file has several [first scalar one]")
       ->group(group);
   app.add_option("--volume", input.volume, "Which volume of a 4-D file, from 0")->group(group);

@@ -13,6 +13,9 @@
 // Target vol_cli_volume.
 namespace vol::cli {
 
+/// The option group of what add_volume_options() declares.
+inline constexpr const char* kVolumeInputGroup = "Volume input";
+
 struct VolumeInput {
   std::filesystem::path path;         ///< "-" is standard input
   std::string array;                  ///< --array

@@ -1,9 +1,26 @@
 #include "io/any_volume.h"
 
 #include "base/error.h"
-#include "io/header_text.h"
 
 namespace vol::io {
+namespace {
+
+/// Those of write_volume(), and OpenVDB.
+std::span<const VolumeWriter> all_writers() {
+  static const std::vector<VolumeWriter> writers = [] {
+    const auto others = volume_writers();
+    std::vector<VolumeWriter> all(others.begin(), others.end());
+    all.push_back({"vdb", false, true,  // it widens f16 itself
+                   [](const std::filesystem::path& path, const volume::Volume& volume, const WriteOptions&) {
+                     write_vdb_volume(path, volume);
+                     return std::vector<std::string>();
+                   }});
+    return all;
+  }();
+  return writers;
+}
+
+}  // namespace
 
 volume::Volume read_any_volume(const std::filesystem::path& path, const ReadOptions& options) {
   InputFile file(path);
@@ -25,25 +42,13 @@ volume::Volume read_any_volume(InputFile& file, const ReadOptions& options) {
 }
 
 void require_volume_output(const std::filesystem::path& path, const std::string& format) {
-  static const std::string known = "nrrd, nhdr, mha, mhd, vti, vdb, raw";
-  const bool to_stream = is_standard_stream(path);
-  std::string name = lower_case(format);
-  if (name.empty() && !to_stream) name = lower_case(path.extension().string()).erase(0, 1);
-  if (name.empty() && !to_stream) throw Error(path.string() + ": has no extension; give --format: " + known);
-  if (!name.empty() && (", " + known + ",").find(", " + name + ",") == std::string::npos) {
-    throw Error((to_stream ? "standard output" : path.string()) + ": cannot write the format '" + name +
-                "', expected one of " + known);
-  }
+  (void)writer_for(path, format, all_writers());
   require_writable(path);
 }
 
 std::vector<std::string> write_any_volume(const std::filesystem::path& path, const volume::Volume& volume,
                                           const WriteOptions& options) {
-  if (options.format != "vdb" && !(options.format.empty() && path.extension() == ".vdb")) {
-    return write_volume(path, volume, options);
-  }
-  write_vdb_volume(path, volume);
-  return {};
+  return write_by(writer_for(path, options.format, all_writers()), path, volume, options);
 }
 
 }  // namespace vol::io

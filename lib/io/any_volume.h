@@ -14,7 +14,7 @@ namespace vol::io {
 /// long work.
 void require_volume_output(const std::filesystem::path& path, const std::string& format = "");
 
-/// write_volume() that knows OpenVDB too: format "vdb", or a path that ends in .vdb.
+/// write_volume() that knows OpenVDB too: format "vdb", or a path that ends in .vdb or .VDB.
 std::vector<std::string> write_any_volume(const std::filesystem::path& path, const volume::Volume& volume,
                                           const WriteOptions& options = {});
 

@@ -388,7 +388,7 @@ void write_exr(const std::filesystem::path& path, const image::Image& image) {
   try {
     bytes = encode(image);
   } catch (const std::exception& cause) {
-    throw Error(is_standard_stream(path) ? "standard output" : path.string(), Error(one_line(cause.what())));
+    throw Error(output_name(path), Error(one_line(cause.what())));
   }
   file.write(bytes.data(), bytes.size());
   file.commit();

@@ -17,7 +17,9 @@ namespace vol::io {
 namespace {
 
 constexpr std::size_t kBufferSize = 1 << 16;
-constexpr std::size_t kLongestStem = 200;  // of a temporary name: most file systems end at 255 bytes
+constexpr std::size_t kLongestName = 255;      // bytes, on most file systems
+constexpr std::size_t kLongestExtension = 16;  // that a temporary name keeps: libraries know none so long
+constexpr int kMostLinks = 40;                 // as many as Linux follows
 
 // Uncommitted outputs, where a signal handler can read them: fixed memory, a slot is in use while its flag is
 // set, and the name is complete before the flag is.
@@ -45,19 +47,55 @@ void forget(const std::string& path) {
   }
 }
 
-std::string output_name(const std::filesystem::path& path) {
-  return is_standard_stream(path) ? "standard output" : path.string();
-}
-
-/// Where a name leads: a symbolic link stays one, and the file behind it is replaced.
-std::filesystem::path behind_links(const std::filesystem::path& path) {
-  std::error_code no_link;
-  const auto target = std::filesystem::canonical(path, no_link);
-  return no_link || !std::filesystem::is_symlink(path, no_link) ? path : target;
-}
-
 [[noreturn]] void fail(const std::string& name, const char* what) {
   throw Error(name + ": " + what + ": " + std::strerror(errno));
+}
+
+/// Where a name leads: a symbolic link stays one, and the file behind it is replaced, or made where it is not
+/// there yet.
+std::filesystem::path behind_links(const std::filesystem::path& path) {
+  std::filesystem::path place = path;
+  std::error_code failure;
+  for (int links = 0; std::filesystem::is_symlink(place, failure); ++links) {
+    if (links == kMostLinks) failure = std::make_error_code(std::errc::too_many_symbolic_link_levels);
+    const auto target = failure ? std::filesystem::path() : std::filesystem::read_symlink(place, failure);
+    if (failure) {
+      errno = failure.value();
+      fail(path.string(), "cannot write");
+    }
+    place = place.parent_path() / target;  // which is the target itself where that is absolute
+  }
+  return place;
+}
+
+/// Where an output goes.
+struct Place {
+  std::filesystem::path path;
+  bool is_in_place = false;  ///< a device or a pipe, written where it is; else a file, replaced when whole
+};
+
+Place place_of(const std::filesystem::path& path) {
+  struct stat status {};
+  const bool exists = ::stat(path.c_str(), &status) == 0;
+  if (exists && S_ISDIR(status.st_mode)) {
+    throw Error(path.string() + ": is a folder, expected a file to write");
+  }
+  const bool may_be_made = !exists && errno == ENOENT && path.has_filename();
+  if (exists ? ::access(path.c_str(), W_OK) != 0 : !may_be_made) fail(path.string(), "cannot write");
+  if (exists && !S_ISREG(status.st_mode)) return {path, true};
+  return {behind_links(path)};
+}
+
+/// A name beside `place` that no other output has: process and object make it unique. The final extension
+/// stays, for libraries that choose by it; of the rest as much as fits.
+std::filesystem::path temporary_beside(const std::filesystem::path& place, const void* object) {
+  std::string extension = place.extension().string();
+  if (extension.size() > kLongestExtension) extension.clear();
+  const std::string ending = "." + std::to_string(::getpid()) + "." +
+                             std::to_string(reinterpret_cast<std::uintptr_t>(object) >> 4 & 0xffff) +
+                             ".partial" + extension;
+  return place.parent_path() /
+         ("." + place.stem().string().substr(0, kLongestName - 1 - ending.size()) + ending);
 }
 
 void write_all(int descriptor, const char* data, std::size_t n, const std::string& name) {
@@ -76,6 +114,10 @@ void write_all(int descriptor, const char* data, std::size_t n, const std::strin
 
 bool is_standard_stream(const std::filesystem::path& path) {
   return path == "-";
+}
+
+std::string output_name(const std::filesystem::path& path) {
+  return is_standard_stream(path) ? "standard output" : path.string();
 }
 
 std::string display_name(const std::filesystem::path& path) {
@@ -231,21 +273,14 @@ OutputFile::OutputFile(const std::filesystem::path& path) : path_(path) {
     descriptor_ = STDOUT_FILENO;
     return;
   }
-  struct stat status {};
-  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
-    if (S_ISDIR(status.st_mode)) throw Error(path.string() + ": is a folder, expected a file to write");
-    descriptor_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);  // a device or a pipe is written in place
+  const Place place = place_of(path);
+  if (place.is_in_place) {
+    descriptor_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
     if (descriptor_ < 0) fail(path.string(), "cannot write");
     return;
   }
-  if (::access(path.c_str(), F_OK) == 0 && ::access(path.c_str(), W_OK) != 0)
-    fail(path.string(), "cannot write");
-  place_ = behind_links(path);
-  // Process and object make the name unique; the final extension stays, for libraries that choose by it.
-  temporary_ = place_.parent_path() /
-               ("." + place_.stem().string().substr(0, kLongestStem) + "." + std::to_string(::getpid()) +
-                "." + std::to_string(reinterpret_cast<std::uintptr_t>(this) >> 4 & 0xffff) + ".partial" +
-                place_.extension().string());
+  place_ = place.path;
+  temporary_ = temporary_beside(place_, this);
   remember(temporary_.string());
   descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor_ < 0) {
@@ -302,13 +337,9 @@ void OutputFile::commit() {
 
 void require_writable(const std::filesystem::path& path) {
   if (is_standard_stream(path)) return;
-  if (std::filesystem::is_directory(path))
-    throw Error(path.string() + ": is a folder, expected a file to write");
-  const auto folder = behind_links(path).parent_path();
-  const bool exists = ::access(path.c_str(), F_OK) == 0;
-  if (exists && ::access(path.c_str(), W_OK) != 0) fail(path.string(), "cannot write");
-  const bool is_in_place = exists && !std::filesystem::is_regular_file(path);  // a device or a pipe
-  if (!is_in_place && ::access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) != 0)
+  const Place place = place_of(path);
+  const auto folder = place.path.parent_path();
+  if (!place.is_in_place && ::access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) != 0)
     fail(path.string(), "cannot write");
 }
 

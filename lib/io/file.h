@@ -12,8 +12,10 @@ namespace vol::io {
 /// True for "-", which stands for standard input or output.
 [[nodiscard]] bool is_standard_stream(const std::filesystem::path& path);
 
-/// What a message calls a file: its path, or "standard input".
+/// What a message calls a file that is read: its path, or "standard input".
 [[nodiscard]] std::string display_name(const std::filesystem::path& path);
+/// What a message calls a file that is written: its path, or "standard output".
+[[nodiscard]] std::string output_name(const std::filesystem::path& path);
 
 /// Sequential reader of a regular file or a pipe, buffered. Memory is never taken on a header's word alone:
 /// read_exactly() into memory the caller sized must be preceded by require() where the size is known, and
@@ -60,7 +62,8 @@ class InputFile {
 
 /// A file that appears whole or not at all: written beside its place under a temporary name, renamed by
 /// commit(), removed when it goes out of scope uncommitted or when the process is interrupted.
-/// "-" is standard output, written straight through.
+/// "-" is standard output, written straight through. A symbolic link stays one: the file that it leads to is
+/// written, whether that is there yet or not.
 class OutputFile {
  public:
   explicit OutputFile(const std::filesystem::path& path);
@@ -91,8 +94,9 @@ class OutputFile {
   void flush();
 };
 
-/// Throws vol::Error where a file could not be written at all: its folder is missing or closed, it is a folder or
-/// write-protected. For tools to ask before long work; a full disk shows later.
+/// Throws vol::Error where a file could not be written at all: its folder is missing or closed, it is a
+/// folder, write-protected, or a link that leads in a circle. For tools to ask before long work; a full disk
+/// shows later.
 void require_writable(const std::filesystem::path& path);
 
 /// Removes every uncommitted output of this process. Async-signal-safe; called by the signal handler.

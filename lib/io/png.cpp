@@ -240,7 +240,7 @@ double linear_from_srgb(double srgb) {
 
 void write_png(const std::filesystem::path& path, const image::Image& image, const PngOptions& options) {
   OutputFile out(path);
-  const std::string name = is_standard_stream(path) ? "standard output" : path.string();
+  const std::string name = output_name(path);
   Encoded encoded;
   try {
     encoded = encode(image, options);

@@ -8,13 +8,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
-#include <span>
-#include <streambuf>
 
 #include "base/checked.h"
 #include "base/error.h"
+#include "io/vdb_bytes.h"
 #include "io/vdb_metadata.h"
 #include "io/vdb_structure.h"
 
@@ -26,9 +24,6 @@ using volume::GridGeometry;
 using volume::Volume;
 using volume::VoxelType;
 
-constexpr std::string_view kMagic{"\x20\x42\x44\x56\0\0\0\0", 8};
-constexpr std::size_t kIdAt = 21;    // magic 8, file version 4, library version 8, offsets flag 1
-constexpr std::size_t kIdSize = 36;  // a UUID as text
 constexpr std::int64_t kLargestCoordinate = std::numeric_limits<std::int32_t>::max();
 
 std::int64_t effective_limit(std::int64_t limit) {
@@ -43,58 +38,12 @@ void require_memory(std::int64_t bytes, std::int64_t limit, const std::string& w
   }
 }
 
-/// Bytes in memory that a stream reads and seeks in.
-class MemoryInput : public std::streambuf {
- public:
-  explicit MemoryInput(std::vector<std::byte>& bytes) {
-    auto* first = reinterpret_cast<char*>(bytes.data());
-    setg(first, first, first + bytes.size());
-  }
-
- private:
-  pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode) override {
-    const off_type base = from == std::ios::beg   ? 0
-                          : from == std::ios::cur ? gptr() - eback()
-                                                  : egptr() - eback();
-    if (offset > (egptr() - eback()) - base || offset < -base) return pos_type(off_type(-1));
-    setg(eback(), eback() + base + offset, egptr());
-    return base + offset;
-  }
-  pos_type seekpos(pos_type position, std::ios_base::openmode which) override {
-    return seekoff(off_type(position), std::ios::beg, which);
-  }
-};
-
-/// Memory that grows with what a stream writes.
-class MemoryOutput : public std::streambuf {
- public:
-  std::string bytes;
-
- private:
-  std::streamsize xsputn(const char* data, std::streamsize n) override {
-    bytes.append(data, static_cast<std::size_t>(n));
-    return n;
-  }
-  int_type overflow(int_type c) override {
-    if (!traits_type::eq_int_type(c, traits_type::eof())) bytes.push_back(traits_type::to_char_type(c));
-    return traits_type::not_eof(c);
-  }
-  pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode) override {
-    const bool tell = offset == 0 && from != std::ios::beg;  // OpenVDB asks where it is; it never goes back
-    return tell ? pos_type(static_cast<off_type>(bytes.size())) : pos_type(off_type(-1));
-  }
-};
-
 void initialize() {
   static const bool done = [] {
     openvdb::initialize();
     return true;
   }();
   (void)done;
-}
-
-std::string output_name(const std::filesystem::path& path) {
-  return is_standard_stream(path) ? "standard output" : path.string();
 }
 
 /// Runs work on a file; every failure becomes one line that names it.
@@ -114,52 +63,14 @@ auto guarded(const std::string& name, Work&& work) {
   }
 }
 
-/// An id that follows from the content: two 64-bit FNV-1a hashes over words, in the layout of a UUID of
-/// version 8.
-std::string content_id(std::string_view bytes) {
-  std::uint64_t a = 0xcbf29ce484222325u;
-  std::uint64_t b = 0x9e3779b97f4a7c15u;
-  for (std::size_t n = 0; n < bytes.size(); n += 8) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, bytes.data() + n, std::min<std::size_t>(8, bytes.size() - n));
-    a = (a ^ word) * 0x100000001b3u;
-    a ^= a >> 29;
-    b = (b + word) * 0xbf58476d1ce4e5b9u;
-    b ^= b >> 31;
-  }
-  constexpr std::string_view kLayout = "xxxxxxxx-xxxx-8xxx-9xxx-xxxxxxxxxxxx";
-  std::string id(kLayout);
-  int digit = 0;
-  for (char& c : id) {
-    if (c != 'x') continue;
-    const std::uint64_t half = digit < 16 ? a : b;
-    c = "0123456789abcdef"[half >> (4 * (digit % 16)) & 15];
-    ++digit;
-  }
-  return id;
-}
-
-/// False where the id says that it was made by content_id() and it does not follow from the content: the file
-/// was damaged after it was written. Ids of other programs say nothing.
-bool is_intact(std::span<std::byte> bytes) {
-  auto* const id_at = reinterpret_cast<char*>(bytes.data()) + kIdAt;
-  const std::string id(id_at, kIdSize);
-  if (id[14] != '8' || id[19] != '9') return true;
-  std::fill_n(id_at, kIdSize, '0');
-  const bool intact = content_id({reinterpret_cast<const char*>(bytes.data()), bytes.size()}) == id;
-  std::copy(id.begin(), id.end(), id_at);
-  return intact;
-}
-
 struct Archive {
   openvdb::GridPtrVec grids;
   Metadata metadata;  // the string ones of the file
 };
 
 Archive read_archive(InputFile& file, std::int64_t limit) {
-  if (!is_vdb(file.peek(kMagic.size()))) throw Error("not an OpenVDB file");
+  if (!is_vdb(file.peek(kVdbMagic.size()))) throw Error("not an OpenVDB file");
   std::vector<std::byte> bytes = file.read_rest(effective_limit(limit));
-  if (bytes.size() < kIdAt + kIdSize) throw Error("OpenVDB data end early or are damaged");
   if (!is_intact(bytes))
     throw Error("OpenVDB data end early or are damaged: their content does not match their id");
   check_vdb_structure(bytes);
@@ -191,9 +102,7 @@ void write_archive(const std::filesystem::path& path, const openvdb::GridPtrVec&
   openvdb::io::Stream stream(to);
   stream.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
   stream.write(grids, meta);
-  if (sink.bytes.size() < kIdAt + kIdSize) throw Error("OpenVDB wrote nothing");
-  sink.bytes.replace(kIdAt, kIdSize, std::string(kIdSize, '0'));
-  sink.bytes.replace(kIdAt, kIdSize, content_id(sink.bytes));
+  set_content_id(sink.bytes);
   OutputFile out(path);
   out.write(sink.bytes);
   out.commit();
@@ -376,7 +285,7 @@ wavelet::Decomposition<T> dense_decomposition(const Archive& archive, std::int64
 }  // namespace
 
 bool is_vdb(std::string_view first_bytes) {
-  return first_bytes.starts_with(kMagic);
+  return first_bytes.starts_with(kVdbMagic);
 }
 
 bool is_coefficients(InputFile& file) {

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,7 +22,7 @@ struct RawLayout {
 };
 
 struct ReadOptions {
-  std::string array;  ///< name of the array, where a file has several; empty: the first scalar one
+  std::string array;                ///< name of the array (VTK, OpenVDB); empty: the first scalar one
   std::optional<RawLayout> raw{};   ///< read the file as headerless data
   std::optional<int> volume{};      ///< which volume of a 4-D NIfTI file, from 0
   std::optional<double> missing{};  ///< replaces NaN and infinities, which are refused otherwise
@@ -36,9 +37,9 @@ struct ReadOptions {
 /// by the first bytes; "-" is standard input. Voxels keep their type, save that a NIfTI scaling gives f32 or
 /// f64. Key/value pairs come as attributes.
 ///
-/// Memory taken grows with the data that come, not with what a header promises. Throws vol::Error, one line
-/// that names the file at fault (of detached data, the data file): too few or too many data, unusable
-/// geometry, a type no volume has, NaN or infinity unless `missing` is set, more than memory_limit.
+/// Memory taken grows with the data that come, not with a header's promise. Throws vol::Error, one line that
+/// names the file at fault (of detached data, the data file): too few or too many data, unusable geometry, a
+/// type no volume has, an `array` or `volume` it has none of, NaN or infinity (`missing`), over memory_limit.
 [[nodiscard]] volume::Volume read_volume(const std::filesystem::path& path, const ReadOptions& options = {});
 /// The same from a file that is open, so that a caller can look at its first bytes before.
 [[nodiscard]] volume::Volume read_volume(InputFile& file, const ReadOptions& options = {});
@@ -50,6 +51,27 @@ struct WriteOptions {
   std::string format{};   ///< an extension without its dot; empty: that of the path, nrrd for "-"
   bool compress = false;  ///< zlib; raw cannot
 };
+
+/// One of the formats in which volumes are written.
+struct VolumeWriter {
+  std::string_view name;  ///< the extension without its dot
+  bool is_two_files;      ///< header and data apart: nothing for standard output
+  bool takes_f16;         ///< else such volumes come widened, see write_volume()
+  std::vector<std::string> (*write)(const std::filesystem::path& path, const volume::Volume& volume,
+                                    const WriteOptions& options);
+};
+
+/// Those of write_volume().
+[[nodiscard]] std::span<const VolumeWriter> volume_writers();
+
+/// The one of `writers` that `format` names or, where that is empty, the path's extension; capitals do not
+/// count; nrrd for "-". Throws vol::Error that lists what there is.
+[[nodiscard]] const VolumeWriter& writer_for(const std::filesystem::path& path, const std::string& format,
+                                             std::span<const VolumeWriter> writers);
+
+/// Writes by that one; the rest is as write_volume() has it.
+std::vector<std::string> write_by(const VolumeWriter& writer, const std::filesystem::path& path,
+                                  const volume::Volume& volume, const WriteOptions& options);
 
 /// Writes a volume: nrrd, nhdr (header and data apart), mha, mhd (header and data apart), vti or raw. The
 /// same volume gives the same bytes. f16 is a type that none of these but raw has: it goes in as f32 with a

@@ -15,6 +15,13 @@ TEST(ParseDims, XyzOrderOrCube) {
   }
 }
 
+TEST(ParseVec3, NumbersOfOneSign) {
+  EXPECT_EQ(parse_vec3("--origin", "+1,-2,3e1"), Vec3(1, -2, 30));
+  for (const char* bad : {"+-5", "1,+-2,3", "-+5", "--5", "++5", "+", "1,2", "1,,2"}) {
+    EXPECT_THROW((void)parse_vec3("--origin", bad), Error) << bad;
+  }
+}
+
 TEST(ParseStep, WorldLengthOrVoxels) {
   EXPECT_EQ(parse_step("--step", "0.5", 3), 0.5);
   EXPECT_EQ(parse_step("--step", "0.5v", 3), 1.5);
@@ -25,7 +32,7 @@ TEST(ParseStep, WorldLengthOrVoxels) {
 
 TEST(ParseView, TwoAnglesWithElevationInRange) {
   EXPECT_EQ(parse_view("--view", "30,-20.5"), (std::array<double, 2>{30, -20.5}));
-  for (const char* bad : {"30", "30,91", "30,20,10", "a,b", "inf,0"}) {
+  for (const char* bad : {"30", "+-30,0", "30,91", "30,20,10", "a,b", "inf,0"}) {
     EXPECT_THROW((void)parse_view("--view", bad), Error) << bad;
   }
 }
@@ -45,7 +52,7 @@ TEST(Checks, TakeNumbersOfTheirRangeAlone) {
   for (const char* good : {"0", "inf", "3"}) EXPECT_EQ(check_non_negative(good), "") << good;
   for (const char* bad : {"-1e-9", "nan", "-inf", ""}) EXPECT_NE(check_non_negative(bad), "") << bad;
   for (const char* good : {"0", "-4e5"}) EXPECT_EQ(check_finite(good), "") << good;
-  for (const char* bad : {"inf", "nan", "1e999"}) EXPECT_NE(check_finite(bad), "") << bad;
+  for (const char* bad : {"inf", "nan", "1e999", "+-4"}) EXPECT_NE(check_finite(bad), "") << bad;
   for (const char* good : {"0", "9223372036854775807"}) EXPECT_EQ(check_whole_number(good), "") << good;
   for (const char* bad : {"-1", "1.5", "9223372036854775808", ""})
     EXPECT_NE(check_whole_number(bad), "") << bad;

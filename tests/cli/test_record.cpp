@@ -3,11 +3,13 @@
 
 #include <filesystem>
 #include <fstream>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "cli/run.h"
+#include "scarce_memory.h"
 
 namespace vol::cli {
 namespace {
@@ -74,6 +76,27 @@ TEST(Record, PhasesAreTimed) {
   const auto phases = run_with({}).record["time_s"]["phases"];
   ASSERT_TRUE(phases.contains("sweep"));
   EXPECT_EQ(phases["sweep"].size(), 1u);
+}
+
+/// A failed allocation is on its way while the times of the phases it leaves are taken.
+TEST(Record, APhaseEndsWithoutMemory) {
+  Record record;
+  const auto phase = [&] {
+    record.timed("a phase with a long name", [&] {
+      record.timed("another phase with a long name", [] {
+        no_memory_is_left = true;
+        throw std::bad_alloc();
+      });
+    });
+  };
+  bool caught = false;
+  try {
+    phase();
+  } catch (const std::bad_alloc&) {
+    caught = true;
+  }
+  no_memory_is_left = false;
+  EXPECT_TRUE(caught);
 }
 
 }  // namespace

@@ -56,12 +56,32 @@ TEST_F(FileTest, ALinkStaysALinkAndTheFileBehindItIsReplaced) {
   EXPECT_EQ(content(folder / "far" / "a.bin"), "new");
 }
 
-TEST_F(FileTest, TheLongestNameTheFileSystemTakesIsWritten) {
-  const auto path = folder / (std::string(251, 'n') + ".bin");
-  OutputFile out(path);
-  out.write(std::string_view("x"));
+TEST_F(FileTest, ALinkToNothingYetStaysALinkAndItsTargetIsMade) {
+  fs::create_directory(folder / "far");
+  fs::create_symlink("second.bin", folder / "first.bin");
+  fs::create_symlink(fs::path("far") / "a.bin", folder / "second.bin");
+  EXPECT_NO_THROW(require_writable(folder / "first.bin"));
+  OutputFile out(folder / "first.bin");
+  out.write(std::string_view("new"));
   out.commit();
-  EXPECT_EQ(content(path), "x");
+  EXPECT_TRUE(fs::is_symlink(folder / "first.bin"));
+  EXPECT_TRUE(fs::is_symlink(folder / "second.bin"));
+  EXPECT_EQ(content(folder / "far" / "a.bin"), "new");
+}
+
+TEST_F(FileTest, TheLongestNamesTheFileSystemTakesAreWritten) {
+  for (const std::string& name : {std::string(251, 'n') + ".bin", "n." + std::string(253, 'x'),
+                                  std::string(200, 'n') + "." + std::string(54, 'x')}) {
+    const auto path = folder / name;
+    OutputFile out(path);
+    out.write(std::string_view("x"));
+    out.commit();
+    EXPECT_EQ(content(path), "x");
+  }
+}
+
+TEST_F(FileTest, ATemporaryNameKeepsTheExtensionThatLibrariesChooseBy) {
+  EXPECT_EQ(OutputFile(folder / (std::string(251, 'n') + ".vdb")).temporary_path().extension(), ".vdb");
 }
 
 TEST_F(FileTest, AWriteProtectedFileIsNotReplaced) {
@@ -73,17 +93,41 @@ TEST_F(FileTest, AWriteProtectedFileIsNotReplaced) {
   EXPECT_EQ(content(path), "old");
 }
 
+TEST_F(FileTest, AClosedFolderIsToldBeforehand) {
+  if (::geteuid() == 0) GTEST_SKIP() << "no folder is closed to root";
+  fs::create_directory(folder / "closed");
+  fs::permissions(folder / "closed", fs::perms::none);
+  EXPECT_THROW(require_writable(folder / "closed" / "a.bin"), Error);
+  EXPECT_THROW(OutputFile{folder / "closed" / "a.bin"}, Error);
+  fs::permissions(folder / "closed", fs::perms::owner_all);
+}
+
 TEST_F(FileTest, WhatCannotBeWrittenIsToldBeforehand) {
   std::ofstream(folder / "a.bin") << "old";
   for (const fs::path& good :
        {folder / "a.bin", folder / "new.bin", fs::path("new.bin"), fs::path("-"), fs::path("/dev/full")}) {
     EXPECT_NO_THROW(require_writable(good)) << good;
   }
-  for (const fs::path& bad : {folder, folder / "none" / "a.bin", folder / "a.bin" / "b.bin"}) {
-    EXPECT_THROW(require_writable(bad), Error) << bad;
+  fs::create_symlink("circle.bin", folder / "circle.bin");
+  fs::create_symlink(fs::path("none") / "a.bin", folder / "astray.bin");
+  for (const fs::path& bad : {folder, folder / "none" / "a.bin", folder / "a.bin" / "b.bin",
+                              folder / "circle.bin", folder / "circle.bin" / "a.bin", folder / "astray.bin",
+                              folder / std::string(256, 'n'), folder / "new" / ""}) {
+    for (const bool beforehand : {true, false}) {
+      try {
+        if (beforehand) {
+          require_writable(bad);
+        } else {
+          OutputFile out(bad);
+        }
+        ADD_FAILURE() << bad << " was taken";
+      } catch (const Error& e) {
+        EXPECT_EQ(std::string(e.what()).find(bad.string() + ": "), 0u) << e.what();
+      }
+    }
   }
   EXPECT_EQ(content(folder / "a.bin"), "old");
-  EXPECT_EQ(entries(), 1u);
+  EXPECT_EQ(entries(), 3u);
 }
 
 TEST_F(FileTest, InterruptionRemovesWhatIsHalfWritten) {

@@ -150,7 +150,7 @@ TEST(Plain, TerminationBoundsTheError) {
   const Pixel early = cast(plain_caster(volume, scene, options), bounds, scene, 50.3, 49.4, &counts);
   EXPECT_EQ(counts.terminated, 1);
   EXPECT_GT(difference(full, early), 0);
-  EXPECT_LE(difference(full, early), 0.1);  // colours are at most 1
+  EXPECT_LE(difference(full, early), 0.1);  // the transmittance that is left; colours are at most 1
 }
 
 TEST(Plain, ThreadsChangeNothing) {

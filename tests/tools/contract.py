@@ -166,6 +166,26 @@ class Contract:
             json.loads(done.stderr)
         except ValueError:
             self.expect("--stats - writes JSON to standard error", False, done.stderr[:200])
+        self.stats_on_a_full_disk(command, folder)
+
+    def stats_on_a_full_disk(self, command, folder):
+        """A record that is lost is an error; the outputs, whole by then, stay."""
+        name = re.search(r"-o (\S+)", command)
+        whole = (folder / name.group(1)).read_bytes() if name else b""
+        if name:
+            (folder / name.group(1)).unlink()
+        done = self.run(command + " --quiet --stats /dev/full", folder)
+        error = done.stderr.decode()
+        self.expect("a stats record on a full disk is an error of one line",
+                    done.returncode == 2 and error.startswith(f"{self.tool}: /dev/full: ") and error.count("\n") == 1,
+                    done.returncode, error)
+        if name:
+            self.expect("a stats record on a full disk leaves the output whole",
+                        (folder / name.group(1)).read_bytes() == whole, name.group(1))
+        with open("/dev/full", "wb") as full:
+            done = subprocess.run([self.tool, *shlex.split(command + " --quiet --stats -")], cwd=folder,
+                                  env=self.environment, stdout=subprocess.DEVNULL, stderr=full, timeout=LIMIT)
+        self.expect("a stats record that standard error does not take is an error", done.returncode == 2, done.returncode)
 
     def bad_files(self, folder):
         kind = READS.get(self.tool)
@@ -252,23 +272,46 @@ class Contract:
             return
         command = self.small(folder, LONG[self.tool])
         for options, shown in (("", True), (" --quiet", False)):
-            terminal, stderr = pty.openpty()
-            process = subprocess.Popen([self.tool, *shlex.split(command + options)], cwd=folder, env=self.environment,
-                                       stdout=subprocess.DEVNULL, stderr=stderr)
-            os.close(stderr)
-            time.sleep(1.6)
-            process.send_signal(signal.SIGINT)
-            process.wait(LIMIT)
-            said = b""
-            while select.select([terminal], [], [], 0)[0]:
-                try:
-                    said += os.read(terminal, 65536)
-                except OSError:  # the other end is closed
+            for delay in (0.5, 0.2, 0.05):
+                said = self.said_on_a_terminal(command + options, folder, delay)
+                if said is not None:
+                    self.expect(f"a bar shows on a terminal: {shown}",
+                                (b"%," in said or b" s" in said) == shown and (not shown or said.endswith(b"\r\033[K")), said)
                     break
-            os.close(terminal)
-            if process.returncode == 130:  # else it was done before there was anything to show
-                self.expect(f"a bar shows on a terminal: {shown}",
-                            (b"%," in said or b" s" in said) == shown and (not shown or said.endswith(b"\r\033[K")), said)
+            else:
+                self.expect("the long run lasts long enough to show a bar", False, command + options)
+
+    def said_on_a_terminal(self, command, folder, delay):
+        """What an interrupted run wrote to its terminal, or None if it ended of itself. The bar comes after a second
+        of the clock: the run stands still for as long, so that a fast one shows it too."""
+        terminal, stderr = pty.openpty()
+        process = subprocess.Popen([self.tool, *shlex.split(command)], cwd=folder, env=self.environment,
+                                   stdout=subprocess.DEVNULL, stderr=stderr)
+        os.close(stderr)
+        time.sleep(delay)
+        process.send_signal(signal.SIGSTOP)
+        time.sleep(1.2)
+        process.send_signal(signal.SIGCONT)
+        said = b""
+        ready, _, _ = select.select([terminal], [], [], 0.5)  # a bar that is due is drawn at once
+        if ready:
+            said += self.read_terminal(terminal)
+        process.send_signal(signal.SIGINT)
+        process.wait(LIMIT)
+        while select.select([terminal], [], [], 0)[0]:
+            part = self.read_terminal(terminal)
+            if not part:
+                break
+            said += part
+        os.close(terminal)
+        return said if process.returncode == 130 else None
+
+    @staticmethod
+    def read_terminal(terminal):
+        try:
+            return os.read(terminal, 65536)
+        except OSError:  # the other end is closed
+            return b""
 
     def example(self, folder):
         """The example of --help runs as it stands, in a folder that holds the files it names."""

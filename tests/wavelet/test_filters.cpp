@@ -153,7 +153,7 @@ TEST(Daubechies, MinimumPhase) {
       if (k > 0) turned += std::arg(value / before);
       before = value;
     }
-    EXPECT_NEAR(turned, 0, 1e-6) << taps;
+    EXPECT_NEAR(turned, 0, 1e-6) << taps;  // else a multiple of 2 pi
   }
 }
 
@@ -169,7 +169,7 @@ TEST(Coiflet, SixTapsInClosedForm) {
   const double r = std::sqrt(7.0), s = 16 * std::numbers::sqrt2;
   const double expected[] = {1 - r, 5 + r, 14 + 2 * r, 14 - 2 * r, 1 - r, -3 + r};
   const auto h = coiflet_taps(6);
-  for (std::size_t n = 0; n < 6; ++n) EXPECT_NEAR(h[n], expected[n] / s, 2e-16);
+  for (std::size_t n = 0; n < 6; ++n) EXPECT_NEAR(h[n], expected[n] / s, 2e-16);  // an ulp either side
 }
 
 // Moments 1 .. 2K-1 of phi about its centre 2K vanish with those of h.
@@ -183,7 +183,9 @@ TEST(Coiflet, ScalingFunctionHasVanishingMoments) {
   }
 }
 
-// Sigma(w) summed as it stands, against the product form that the filter is made of.
+// Sigma(w) summed as it stands, against the product form that the filter is made of. The 20000 terms after
+// the largest are added to a sum of some 17, each time rounded by up to 1.8e-15 either way: 2.5e-13 in all.
+// What is left out is below 1e-16.
 TEST(BattleLemarie, ResponseIsTheRatioOfItsSeries) {
   for (const int degree : {1, 3}) {
     const auto series = [degree](double w) {
