@@ -37,7 +37,8 @@ struct Options {
 void declare(CLI::App& app, Options& o) {
   cli::add_volume_input(app, o.input);
   app.add_option("-o,--output", o.output,
-                 "Picture (.exr: R, G, B, A, samples, depth; .png); - is standard output")
+                 "Picture (.exr: R, G, B, A, samples, depth, with --max-error also error; .png); - is "
+                 "standard output")
       ->required()
       ->group("Files");
   app.add_option("--format", o.format, "exr or png [by extension; exr]")->group("Files");

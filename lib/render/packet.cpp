@@ -138,8 +138,19 @@ void set_budget(const Scene& scene, const RenderOptions& options, PacketJob& job
     offset = std::max(offset, double(std::abs(job.transfer.colour0[c])));
     slope = std::max(slope, double(std::abs(job.transfer.colour1[c])));
   }
-  job.error_emitted = static_cast<float>(one_channel ? slope : 1);
-  job.error_alpha = static_cast<float>(one_channel ? bright + offset : bright);
+  // The difference of two rules is the error of the lower order. The higher one's is a small part of it where
+  // all is smooth, but as large at a kink, of which lighting has some inside pieces.
+  const double share = scene.shading ? 1 : 0.25;
+  job.error_emitted = static_cast<float>(share * (one_channel ? slope : 1));
+  job.error_alpha = static_cast<float>(share * (one_channel ? bright + offset : bright));
+  job.error_unseen = static_cast<float>(bright);
+  if (scene.shading) {
+    job.error_light = static_cast<float>(0.5 * (scene.shading->diffuse * (bright - scene.shading->specular) /
+                                                    (scene.shading->ambient + scene.shading->diffuse) +
+                                                scene.shading->specular));
+    // A highlight is as narrow as its exponent makes it: cos^m falls to e^-1/8 at this cosine.
+    job.steady = static_cast<float>(1 - 0.125 / std::max(1.0, scene.shading->exponent));
+  }
   job.rounding = static_cast<float>(kPacketRounding * bright);
 }
 
@@ -187,7 +198,8 @@ void cast_packet(const Picture& picture, std::span<const PixelPosition> position
   }
   if (!any) return;
   const Model model = picture.scene.model;
-  const auto composite = picture.job.rule == PacketRule::split ? cast_split : cast_composite;
+  const auto split = picture.job.budget > 0 ? cast_adaptive : cast_split;
+  const auto composite = picture.job.rule == PacketRule::split ? split : cast_composite;
   const auto cast = model == Model::composite ? composite : model == Model::xray ? cast_xray : cast_mip;
   cast(picture.job, rays, pixels);
   const double scale = model == Model::xray ? picture.options.step : 1;

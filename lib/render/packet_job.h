@@ -60,7 +60,10 @@ struct PacketJob {
   // Split, adaptive: the error that a ray's pieces may make together (0: fixed pieces), and what errors of a
   // piece's emitted light and opacity count in a pixel.
   float budget = 0, error_emitted = 0, error_alpha = 0;
-  float rounding = 0;  ///< error of float arithmetic in a pixel, at most
+  float error_unseen = 0;  ///< what transmittance left over counts
+  float error_light = 0;   ///< half of what a light's direction may change in a colour
+  float steady = 1;        ///< least cosine between neighbouring normals that Gauss nodes see through
+  float rounding = 0;      ///< error of float arithmetic in a pixel, at most
   PacketTransfer transfer;
   // Shading; `to_world` rows give the world gradient from the index gradient.
   bool shaded = false;
@@ -110,6 +113,7 @@ struct PacketPixels {
 [[nodiscard]] const char* packet_instruction_set();  // declared in packet.h too
 void cast_composite(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 void cast_split(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
+void cast_adaptive(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 void cast_xray(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 void cast_mip(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 

@@ -24,14 +24,20 @@ struct Lights {
   F yq[kChannels];
 };
 
-/// Diffuse factor and highlight of Blinn-Phong (shading.h), from the gradient along the index axes.
-HWY_INLINE void blinn_phong(const PacketJob& job, F gx, F gy, F gz, const F* ray, F& diffuse, F& specular) {
-  const auto row = [&](int r) HWY_ATTR {
-    return hn::MulAdd(
+/// The world gradient from the one along the index axes.
+HWY_INLINE void to_world(const PacketJob& job, F gx, F gy, F gz, F* n) {
+  for (int r = 0; r < 3; ++r) {
+    n[r] = hn::MulAdd(
         gx, constant(job.to_world[3 * r]),
         hn::MulAdd(gy, constant(job.to_world[3 * r + 1]), hn::Mul(gz, constant(job.to_world[3 * r + 2]))));
-  };
-  const F n0 = row(0), n1 = row(1), n2 = row(2);
+  }
+}
+
+/// Diffuse factor and highlight of Blinn-Phong (shading.h), from the gradient along the index axes.
+HWY_INLINE void blinn_phong(const PacketJob& job, F gx, F gy, F gz, const F* ray, F& diffuse, F& specular) {
+  F n[3];
+  to_world(job, gx, gy, gz, n);
+  const F n0 = n[0], n1 = n[1], n2 = n[2];
   const auto dot = [](F a0, F a1, F a2, F b0, F b1, F b2)
                        HWY_ATTR { return hn::MulAdd(a0, b0, hn::MulAdd(a1, b1, hn::Mul(a2, b2))); };
   // The largest component first scaled to 1: squares neither overflow nor vanish.

@@ -10,6 +10,7 @@
 
 #include "render/packet_budget-inl.h"
 #include "render/packet_cubic-inl.h"
+#include "render/packet_light-inl.h"
 #include "render/packet_path-inl.h"
 #include "render/packet_pieces-inl.h"
 #include "render/packet_walk-inl.h"
@@ -76,19 +77,8 @@ class Split {
       way[a] = hn::Mul(faces.nearest, walk_.along(a));
     }
     const Cubic p = cubic_along(sampler.c, at[0], at[1], at[2], way[0], way[1], way[2]);
-    pass_cubic(p, hn::IfThenElseZero(float_mask(alive_), faces.nearest), [&](F s, F* q) HWY_ATTR {
-      if constexpr (kChannels == 3) {
-        if (job_.shaded) {
-          sampler.x = hn::MulAdd(s, way[0], at[0]);
-          sampler.y = hn::MulAdd(s, way[1], at[1]);
-          sampler.z = hn::MulAdd(s, way[2], at[2]);
-          F gx, gy, gz, diffuse, specular;
-          sampler.gradient(gx, gy, gz);
-          blinn_phong(job_, gx, gy, gz, ray_, diffuse, specular);
-          for (int c = 0; c < 3; ++c) q[c] = hn::MulAdd(q[c], diffuse, specular);
-        }
-      }
-    });
+    CellLight<kVoxels> light(job_, sampler, at, way, ray_);
+    pass_cubic(p, hn::IfThenElseZero(float_mask(alive_), faces.nearest), light);
     passed_ = hn::Add(passed_, faces.nearest);
     const MI out = walk_.cross(faces, alive_);
     alive_ = hn::AndNot(out, alive_);
@@ -98,8 +88,7 @@ class Split {
   }
 
   /// The whole of a cell, `length` steps (0: nothing happens).
-  template <class Shade>
-  HWY_INLINE void pass_cubic(const Cubic& p, F length, const Shade& shade) {
+  HWY_INLINE void pass_cubic(const Cubic& p, F length, CellLight<kVoxels>& lamp) {
     const PacketTransfer& t = job_.transfer;
     F lo, hi;
     hull(p, lo, hi);
@@ -117,25 +106,30 @@ class Split {
     if (HWY_LIKELY(hn::AllTrue(DF(), hn::And(whole, hn::Or(done, hn::Ge(clarity, length)))))) {
       const M seen = hn::And(some, hn::Lt(clarity, constant(kClear)));
       if (hn::AllFalse(DF(), seen)) return;
-      const M passed = piece(p, hn::Zero(DF()), constant(1.0F), length, seen, shade);
+      const M passed = piece(p, hn::Zero(DF()), constant(1.0F), length, seen, lamp);
       done = hn::Or(done, passed);
       if (!kAdaptive || HWY_LIKELY(hn::AllTrue(DF(), done))) return;
     }
-    pass_in_pieces(p, length, done, shade);
+    pass_in_pieces(p, length, done, lamp);
   }
 
   /// From `from` to `to` of a cell `length` steps long, for the lanes of `seen`. Returns the lanes that are
   /// behind it: all but those whose error would be too large.
-  template <class Shade>
-  HWY_INLINE M piece(const Cubic& p, F from, F to, F length, M seen, const Shade& shade) {
+  HWY_INLINE M piece(const Cubic& p, F from, F to, F length, M seen, CellLight<kVoxels>& lamp) {
     const F width = hn::Sub(to, from);
     const F stretch = hn::IfThenElseZero(seen, hn::Mul(width, length));
     const F start = hn::MulAdd(from, length, passed_);
-    const auto light = light_of<kNodes>(p, from, width, stretch, seen, shade);
+    const auto light = light_of<kNodes>(p, from, width, stretch, seen, lamp);
     M passes = seen;
     if constexpr (kAdaptive) {
-      const auto check = light_of<kNodes - 1>(p, from, width, stretch, seen, shade);
-      const F error = ErrorBudget::estimate(job_, path_.transmittance, light, check);
+      const auto check = light_of<kNodes - 1>(p, from, width, stretch, seen, lamp);
+      F error = ErrorBudget::estimate(job_, path_.transmittance, light, check);
+      if (kChannels == 3 && job_.shaded) {
+        const M unsure = hn::And(seen, lamp.turns(from, to));
+        const F lit = hn::Mul(hn::Mul(path_.transmittance, light.alpha), constant(job_.error_light));
+        error = hn::Add(error, hn::IfThenElseZero(unsure, lit));
+        gradients_ = hn::Add(gradients_, hn::IfThenElseZero(int_mask(seen), constant_i(3)));
+      }
       const M fits = hn::Or(budget_.allows(error, stretch, start), hn::Le(width, constant(kNarrowest)));
       passes = hn::And(seen, fits);
       budget_.spend(hn::IfThenElseZero(passes, error));
@@ -147,9 +141,9 @@ class Split {
     return hn::Or(passes, hn::Not(seen));
   }
 
-  template <int kSome, class Shade>
+  template <int kSome>
   HWY_INLINE PieceLight<kChannels> light_of(const Cubic& p, F from, F width, F stretch, M seen,
-                                            const Shade& shade) {
+                                            CellLight<kVoxels>& lamp) {
     F nodes[kSome], values[kSome];
     for (int i = 0; i < kSome; ++i) {
       nodes[i] = hn::MulAdd(constant(Gauss<kSome>::node[i]), width, from);
@@ -158,13 +152,13 @@ class Split {
     const I evaluated = hn::IfThenElseZero(int_mask(seen), constant_i(kSome));
     samples_ = hn::Add(samples_, evaluated);
     if (job_.shaded) gradients_ = hn::Add(gradients_, evaluated);
-    return piece_light<kSome, kChannels>(job_.transfer, values, stretch,
-                                         [&](int i, F* q) HWY_ATTR { shade(nodes[i], q); });
+    return piece_light<kSome, kChannels>(job_.transfer, values, stretch, [&](int i, F* q) HWY_ATTR {
+      if constexpr (kChannels == 3) lamp.shade(nodes[i], q);
+    });
   }
 
   /// A cell in pieces, for the lanes that are not `done`.
-  template <class Shade>
-  HWY_NOINLINE void pass_in_pieces(const Cubic& p, F length, M done, const Shade& shade) {
+  HWY_NOINLINE void pass_in_pieces(const Cubic& p, F length, M done, CellLight<kVoxels>& lamp) {
     const PacketTransfer& t = job_.transfer;
     const F one = constant(1.0F);
     const F per_length = hn::Div(one, hn::Max(length, constant(1e-20F)));
@@ -179,7 +173,7 @@ class Split {
       const F clarity = hn::GatherIndex(DF(), t.clarity.data(), k);
       const M opaque = hn::And(open, hn::Eq(clarity, hn::Zero(DF())));
       if (HWY_UNLIKELY(!hn::AllFalse(DF(), opaque))) {
-        enter_opaque(value, from, length, opaque, shade);
+        enter_opaque(value, from, length, opaque, lamp);
         from = hn::IfThenElse(opaque, one, from);
         continue;
       }
@@ -207,7 +201,7 @@ class Split {
       const F width = hn::Sub(to, from);
       const M seen = hn::And(hn::Gt(width, constant(0.0F)), hn::Lt(clarity, constant(kClear)));
       M passed = hn::Eq(width, width);
-      if (!hn::AllFalse(DF(), seen)) passed = piece(p, from, to, length, seen, shade);
+      if (!hn::AllFalse(DF(), seen)) passed = piece(p, from, to, length, seen, lamp);
       if constexpr (kAdaptive) {
         widest =
             hn::IfThenElse(passed, hn::Min(one, hn::Add(widest, widest)), hn::Mul(constant(0.5F), width));
@@ -224,12 +218,11 @@ class Split {
   }
 
   /// T c, and nothing behind it.
-  template <class Shade>
-  HWY_NOINLINE void enter_opaque(F value, F from, F length, M m, const Shade& shade) {
+  HWY_NOINLINE void enter_opaque(F value, F from, F length, M m, CellLight<kVoxels>& lamp) {
     PieceLight<kChannels> light;
     F y;
     look_up<kChannels>(job_.transfer, value, y, light.emitted);
-    shade(from, light.emitted);
+    if constexpr (kChannels == 3) lamp.shade(from, light.emitted);
     light.alpha = constant(1.0F);
     light.depth = constant(kOpaque);
     const F before = path_.transmittance, start = hn::MulAdd(from, length, passed_);
@@ -246,7 +239,7 @@ class Split {
     halfway_.store(pixels);
     store_counts(samples_, skipped_, gradients_, stopped_, pixels);
     const F unseen = hn::IfThenElseZero(float_mask(stopped_), path_.transmittance);
-    hn::Store(hn::MulAdd(constant(job_.error_alpha), unseen, budget_.made()), DF(), pixels.error);
+    hn::Store(hn::MulAdd(constant(job_.error_unseen), unseen, budget_.made()), DF(), pixels.error);
   }
 
   static constexpr float kClear = 1e29F;            // clarity of what nothing is seen in

@@ -17,16 +17,13 @@ namespace vol::render::HWY_NAMESPACE {
 
 template <PacketVoxels kVoxels, int kChannels>
 void split_nodes(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels) {
-  const bool adaptive = job.budget > 0;
   switch (job.nodes) {
     case 1:
       return Split<kVoxels, kChannels, 1, false>(job, rays).cast(pixels);
     case 2:
-      return adaptive ? Split<kVoxels, kChannels, 2, true>(job, rays).cast(pixels)
-                      : Split<kVoxels, kChannels, 2, false>(job, rays).cast(pixels);
+      return Split<kVoxels, kChannels, 2, false>(job, rays).cast(pixels);
     default:
-      return adaptive ? Split<kVoxels, kChannels, 3, true>(job, rays).cast(pixels)
-                      : Split<kVoxels, kChannels, 3, false>(job, rays).cast(pixels);
+      return Split<kVoxels, kChannels, 3, false>(job, rays).cast(pixels);
   }
 }
 
