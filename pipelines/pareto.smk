@@ -1,6 +1,6 @@
 # Rules of a sweep for error against time (pareto.yaml): a first pass over all settings, a second of interleaved rounds.
 
-PARTS = ["accuracy"] + (["times"] if SWEEP["rounds"] else [])
+TIMED = [g for g in GROUPS if SWEEP["rounds"] and SWEEP["datasets"][g.split("/")[0]].get("timed", True)]
 ENDS += [f"{RESULTS}/table.csv", f"{RESULTS}/table.md"]
 if not SHORT:
     ENDS.append(f"{RESULTS}/error-time.png")
@@ -31,7 +31,9 @@ rule times:
         " -o {output}"
 
 rule table:
-    input: "pipelines/pareto_table.py", SETTINGS, expand(f"{OUT}/{{part}}/{{group}}.json", part=PARTS, group=GROUPS)
+    input:
+        "pipelines/pareto_table.py", SETTINGS, expand(f"{OUT}/accuracy/{{group}}.json", group=GROUPS),
+        expand(f"{OUT}/times/{{group}}.json", group=TIMED)
     output: csv=f"{RESULTS}/table.csv", md=f"{RESULTS}/table.md"
     shell: "{PYTHON} -B pipelines/pareto_table.py {SETTINGS} --csv {output.csv} --markdown {output.md}"
 

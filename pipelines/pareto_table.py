@@ -118,8 +118,12 @@ def main():
     parser.add_argument("--markdown", required=True)
     arguments = parser.parse_args()
     settings = load(arguments.settings)
+    if not settings["groups"]:
+        raise SystemExit("pareto: none of the data sets is at hand")
     swept, out = settings["sweep"], pathlib.Path(settings["out"])
-    groups = {g: (load(out / "accuracy" / f"{g}.json"), load(out / "times" / f"{g}.json") if swept["rounds"] else {})
+    def timed(group):
+        return swept["rounds"] and swept["datasets"][group.split("/")[0]].get("timed", True)
+    groups = {g: (load(out / "accuracy" / f"{g}.json"), load(out / "times" / f"{g}.json") if timed(g) else {})
               for g in settings["groups"]}
     write_csv(arguments.csv, swept["size"], groups)
     stats = load(out / "truth" / settings["groups"][0] / "reference.json")

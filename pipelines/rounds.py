@@ -11,18 +11,18 @@ def say(text):
     print(f"progress: {text}", file=sys.stderr, flush=True)
 
 
-def interleaved(contenders, rounds, label=""):
-    """{name: seconds of each round} of {name: function that returns the seconds of one run}, after one untimed round."""
+def interleaved(contenders, rounds, before=lambda number: None):
+    """{name: seconds of each round} of {name: function that returns the seconds of one run}, after one untimed round;
+    `before` is told the number of each round, -1 that of the untimed one."""
     names = list(contenders)
     times = {name: [] for name in names}
     for number in range(-1, rounds):
+        before(number)
         shift = number % len(names) if names else 0
         for name in names[shift:] + names[:shift]:
             seconds = contenders[name]()
             if number >= 0:
                 times[name].append(seconds)
-        if label and number >= 0:
-            say(f"{label}, round {number + 1} of {rounds}")
     return times
 
 
