@@ -13,6 +13,13 @@ import rounds
 import sweep
 
 
+def families(asked):
+    """(name, entry) of every family of settings: a method is one or a list of them."""
+    for name, entry in asked["methods"].items():
+        for family in entry if isinstance(entry, list) else [entry]:
+            yield name, family
+
+
 def curves(method):
     """(values of `with`, name and values of the ladder) for every curve of a method."""
     fixed = method.get("with", {})
@@ -34,16 +41,16 @@ def accuracy_pass(caster, settings, dataset, log):
     asked, out = settings["sweep"], pathlib.Path(settings["out"])
     known = raycaster.known_options(caster.bin)
     runs = []
-    for name, method in asked["methods"].items():
+    for name, method in families(asked):
         if method.get("needs", "") not in known:
             continue
-        for number, (values, rung, ladder) in enumerate(curves(method)):
+        for values, rung, ladder in curves(method):
             for value in ladder:
                 values = values | {rung: value}
                 options, index_s = method["render"].format(**values), None
                 if "index" in method:
                     coefficients = out / "coefficients" / dataset / f"{values['wavelet']}.vdb"
-                    path, index_s = caster.index(coefficients, method["index"].format(**values), f"{name}-{number}-{value}")
+                    path, index_s = caster.index(coefficients, method["index"].format(**values), f"{name}-{len(runs)}")
                     options += f" --index {path}"
                 stats = caster.render(options)
                 if stats is None:
@@ -52,11 +59,11 @@ def accuracy_pass(caster, settings, dataset, log):
                 phases = stats["time_s"]["phases"]
                 if index_s is None:
                     index_s = sum(statistics.median(phases[p]) for p in phases if "index" in p) or None
-                runs.append({"method": name, "curve": f"{name} {number}", "rung": value, "setting": setting_of(method, name, values),
+                runs.append({"method": name, "rung": value, "setting": setting_of(method, name, values),
                              "options": options, "samples": stats["counts"]["samples"], "mse": mse, "max_error": largest,
                              "seconds": sweep.render_seconds(stats), "index_s": index_s, "values": values,
                              "baseline": bool(method.get("baseline")), "estimate": stats.get("error")})
-                if mse <= asked["targets"][-1] or runs[-1]["seconds"] > asked["limit_s"]:
+                if not method.get("whole") and (mse <= asked["targets"][-1] or runs[-1]["seconds"] > asked["limit_s"]):
                     break
         log(f"{name}: {sum(r['method'] == name for r in runs)} settings")
     return runs
@@ -74,7 +81,7 @@ def contenders(runs, targets, count):
 
 
 def repeats(seconds):
-    return 5 if seconds < 0.05 else 3 if seconds < 0.2 else 2 if seconds < 0.6 else 1
+    return 3 if seconds < 0.05 else 2 if seconds < 0.4 else 1
 
 
 def time_them(caster, asked, runs, log):

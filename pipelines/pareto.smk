@@ -1,5 +1,7 @@
 # Rules of a sweep for error against time (pareto.yaml): a first pass over all settings, a second of interleaved rounds.
 
+import pareto
+
 TIMED = [g for g in GROUPS if SWEEP["rounds"] and SWEEP["datasets"][g.split("/")[0]].get("timed", True)]
 ENDS += [f"{RESULTS}/table.csv", f"{RESULTS}/table.md"]
 if not SHORT:
@@ -7,7 +9,7 @@ if not SHORT:
 
 
 def coefficients_of(dataset):
-    wavelets = {w for m in SWEEP["methods"].values() if "index" in m for w in m["with"]["wavelet"]}
+    wavelets = {w for _, m in pareto.families(SWEEP) if "index" in m for w in m["with"]["wavelet"]}
     return [f"{OUT}/coefficients/{dataset}/{w}.vdb" for w in sorted(wavelets)]
 
 

@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import records  # noqa: E402
 
 STYLES = {"uniform": ("0.35", "-", "o"), "blind": ("tab:brown", ":", "x"), "index": ("tab:blue", "-", "D"),
-          "split": ("tab:red", "-", "P"), "refined": ("tab:green", "-", "s"), "refined-split": ("tab:olive", "-", "s"),
+          "split": ("tab:red", "-", "P"), "refined": ("tab:green", "-", "s"),
           "max-error": ("tab:purple", "--", "v")}
 FLOOR = 1e-10  # what is drawn of an error of 0
 
