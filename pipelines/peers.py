@@ -92,7 +92,7 @@ class Bench:
         return Worker(["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset", "/usr/bin/python3", "-B", CALLERS / "vtk_worker.py",
                        self.volume, json.dumps(self.scene), threads])
 
-    def vtk_frame(self, worker, step, save=None, frames=3):
+    def vtk_frame(self, worker, step, save=None, frames=2):
         """The fastest of some frames, each a hair further round, so that none is served from a cache."""
         if save:
             return worker.ask(json.dumps({"azimuth": self.asked["azimuth"], "step": step, "save": str(save)}))
@@ -229,8 +229,8 @@ def write(rows, settings, absent, arguments, host):
             f" orthographic, view {asked['azimuth']},20 and a degree\nfurther each round; grey is the value. MSE on the byte scale and largest"
             f" error (0..1) against the reference integral; VTK's from its own\n16-bit image. VTK's time is that of its mapper alone."
             f" Ratios: median of {asked['rounds']} interleaved rounds with its 95 % interval; above 1\nours is faster. {host}.\n"
-            "In the shaded scenes VTK and teem differ from our truth by their gradients: theirs are interpolated from the voxels,\nours are"
-            " those of the interpolated field.\n")
+            "In the shaded scenes their gradients are interpolated from the voxels and VTK's normals are quantised; ours are those of"
+            " the\ninterpolated field. teem lights only what faces the light, VTK and Precis both sides.\n")
     for peer, why in absent.items():
         text += f"\n{peer} was skipped: {why}.\n"
     for table, sentence in SENTENCES.items():

@@ -1,10 +1,11 @@
-// VolPack's shear-warp (Lacroute & Levoy 1994), asked for one frame a line: one thread, 8 bits, one sample a slice, at the
-// volume's resolution and then warped.
+// VolPack's shear-warp (Lacroute & Levoy 1994), asked for one frame a line: one thread, 8 bits, one sample a
+// slice, at the volume's resolution and then warped.
 //
 //   volpack VOLUME.nrrd EDGE SIZE HALF_WIDTH RIGHT UP VALUE OPACITY [VALUE OPACITY ...]
 //
-// Standard input: azimuth, elevation and a file for the picture (PGM, linear grey) or -; standard output: {"seconds"}.
-// RIGHT and UP move the volume by so many voxels. Grey is the value; unshaded: its lookup shader is given the value in the place of the normal.
+// Standard input: azimuth, elevation and a file for the picture (PGM, linear grey) or -; standard output:
+// {"seconds"}. RIGHT and UP move the volume by so many voxels. Grey is the value; unshaded: its lookup shader
+// is given the value in the place of the normal.
 #include <chrono>
 #include <cstddef>
 #include <cstdio>
@@ -63,13 +64,19 @@ int main(int argc, char** argv) {
   vpSetVoxelField(c, 1, 1, offsetof(Voxel, value), 255);
   vpSetVoxelField(c, 2, 1, offsetof(Voxel, gradient), VP_GRAD_MAX);
   const int row = edge * static_cast<int>(sizeof(Voxel));
-  vpSetRawVoxels(c, voxels.data(), static_cast<int>(voxels.size() * sizeof(Voxel)), sizeof(Voxel), row, edge * row);
+  vpSetRawVoxels(c, voxels.data(), static_cast<int>(voxels.size() * sizeof(Voxel)), sizeof(Voxel), row,
+                 edge * row);
   std::vector<float> ramp(256), gradients(VP_GRAD_MAX + 1, 1.F), grey(VP_NORM_MAX + 1, 255.F);
   vpRamp(ramp.data(), sizeof(float), static_cast<int>(at.size()), at.data(), opacity.data());
   for (int i = 0; i < 256; ++i) grey[i] = static_cast<float>(i);
   require(c, vpSetClassifierTable(c, 0, 1, ramp.data(), 256 * sizeof(float)), "opacity");
-  require(c, vpSetClassifierTable(c, 1, 2, gradients.data(), static_cast<int>(gradients.size() * sizeof(float))), "gradient");
-  require(c, vpSetLookupShader(c, 1, 1, 0, grey.data(), static_cast<int>(grey.size() * sizeof(float)), 0, nullptr, 0), "grey");
+  require(c,
+          vpSetClassifierTable(c, 1, 2, gradients.data(), static_cast<int>(gradients.size() * sizeof(float))),
+          "gradient");
+  require(c,
+          vpSetLookupShader(c, 1, 1, 0, grey.data(), static_cast<int>(grey.size() * sizeof(float)), 0,
+                            nullptr, 0),
+          "grey");
   vpSetd(c, VP_MIN_VOXEL_OPACITY, .001);
   vpSetd(c, VP_MAX_RAY_OPACITY, .98);
   vpSeti(c, VP_CONCAT_MODE, VP_CONCAT_LEFT);
@@ -94,7 +101,8 @@ int main(int argc, char** argv) {
     if (path[0] != '-') {
       if (std::FILE* file = std::fopen(path, "wb")) {
         std::fprintf(file, "P5\n%d %d\n255\n", size, size);
-        for (int y = size - 1; y >= 0; --y) std::fwrite(&picture[static_cast<std::size_t>(y) * size], 1, size, file);
+        for (int y = size - 1; y >= 0; --y)
+          std::fwrite(&picture[static_cast<std::size_t>(y) * size], 1, size, file);
         std::fclose(file);
       }
     }

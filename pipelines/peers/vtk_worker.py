@@ -67,6 +67,10 @@ def main():
     volume.SetMapper(mapper)
     volume.SetProperty(look)
     renderer.AddVolume(volume)
+    light = vtk.vtkLight()
+    light.SetLightTypeToHeadlight()
+    light.SetAmbientColor(1, 1, 1)  # black by default, and then a volume's ambient coefficient lights nothing
+    renderer.AddLight(light)
     window.SetOffScreenRendering(1)
     window.SetMultiSamples(0)
     window.SetSize(scene["size"], scene["size"])
