@@ -26,14 +26,15 @@ def main():
     parser.add_argument("committed")
     arguments = parser.parse_args()
     with open(arguments.sweep) as file:
-        tolerances = yaml.safe_load(file)["check"]
-    committed = {tuple(row[key] for key in records.KEY): row for row in records.read_csv(arguments.committed)}
+        swept = yaml.safe_load(file)
+    tolerances, keys = swept["check"], swept.get("key", records.KEY)
+    committed = {tuple(row[key] for key in keys): row for row in records.read_csv(arguments.committed)}
     regenerated = records.read_csv(arguments.regenerated)
     if not regenerated:
         sys.exit("check: the regenerated table is empty")
     bad = 0
     for row in regenerated:
-        key = tuple(row[key] for key in records.KEY)
+        key = tuple(row[key] for key in keys)
         differences = list(moved(row, committed[key], tolerances)) if key in committed else ["not in the committed table"]
         if differences:
             bad += 1

@@ -90,6 +90,13 @@ def runs(config, datasets):
     return listed
 
 
+def groups(config, datasets):
+    """DATASET/SCENE of every picture that has a truth, in the order of the file."""
+    chosen = config.get("only", list(config["datasets"]))
+    return [f"{dataset}/{scene}" for dataset in datasets if dataset in chosen
+            for scene in config["datasets"][dataset]["scenes"] if scene in config.get("scenes", [scene])]
+
+
 def volume(dataset, out):
     return f"{out}/volumes/{dataset}.nrrd"
 

@@ -1,19 +1,14 @@
 // Kernel timings of the ray casters; run alone on the machine:
 //   bench_raycast --benchmark_repetitions=9 --benchmark_report_aggregates_only=true
-//   bench_raycast --frames RAW DIM SOFT|SHARP THREADS FRAMES   one JSON line a frame, for raycast_against_vtk
 // Items a second are samples taken. The floor of trilinear u8 sampling is four 32-bit gathers a sample, each
 // of the two voxels along x.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <fstream>
 #include <string>
 
 #include "base/parallel.h"
-#include "base/timer.h"
 #include "render/packet.h"
 
 namespace {
@@ -87,54 +82,9 @@ void macrocells(benchmark::State& state) {
   state.SetBytesProcessed(state.iterations() * 256 * 256 * 256);
 }
 
-/// The other half of raycast_against_vtk: reads a raw u8 cube, casts frames on demand (a line on standard
-/// input starts one, with its azimuth), tells seconds, samples and mean grey.
-int frames(int argc, char** argv) {
-  if (argc < 6) {
-    std::fprintf(stderr, "bench_raycast --frames RAW DIM soft|sharp THREADS\n");
-    return 2;
-  }
-  const std::int64_t n = std::stol(argv[3]);
-  volume::GridGeometry geometry;
-  geometry.dims = {n, n, n};
-  volume::Volume volume = volume::allocate(volume::VoxelType::u8, geometry);
-  auto& voxels = std::get<volume::Grid<std::uint8_t>>(volume.grid).voxels;
-  std::ifstream file(argv[2], std::ios::binary);
-  if (!file.read(reinterpret_cast<char*>(voxels.data()), static_cast<std::streamsize>(voxels.size())))
-    return 2;
-  render::Scene s = scene(std::string(argv[4]) == "sharp", static_cast<double>(n - 1));
-  set_thread_count(std::stoi(argv[5]));
-  const render::PacketVolume prepared(volume);
-  char line[256], rule[32];
-  double azimuth = 0;
-  int skip = 0, shaded = 0;
-  while (std::fgets(line, sizeof line, stdin) &&
-         std::sscanf(line, "%lf %31s %d %d", &azimuth, rule, &skip, &shaded) == 4) {
-    s.view.azimuth = azimuth;
-    s.shading.reset();
-    if (shaded) s.shading = render::Shading{};
-    const auto o = options(
-        std::strcmp(rule, "rectangle") == 0 ? render::Quadrature::rectangle : render::Quadrature::trapezoid,
-        skip != 0);
-    const Timer timer;
-    const auto result = render::raycast_packet(prepared, s, o);
-    const double seconds = timer.seconds();
-    double grey = 0;
-    for (int y = 0; y < o.height; ++y) {
-      for (int x = 0; x < o.width; ++x) grey += std::min(1.0F, result.image.at(x, y, 0));
-    }
-    std::printf("{\"seconds\": %.6f, \"samples\": %lld, \"mean_grey\": %.4f, \"simd\": \"%s\"}\n", seconds,
-                static_cast<long long>(result.counts.samples), 255 * grey / (o.width * o.height),
-                render::packet_instruction_set());
-    std::fflush(stdout);
-  }
-  return 0;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc > 1 && std::strcmp(argv[1], "--frames") == 0) return frames(argc, argv);
   using render::Quadrature;
   for (const bool sharp : {false, true}) {
     for (const Quadrature q : {Quadrature::rectangle, Quadrature::trapezoid}) {

@@ -13,7 +13,9 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "pipelines"))
 sys.path.insert(0, str(ROOT))
 import check  # noqa: E402
+import pareto  # noqa: E402
 import records  # noqa: E402
+import rounds  # noqa: E402
 import sweep  # noqa: E402
 
 SWEEP = {
@@ -49,6 +51,38 @@ class Sweep(unittest.TestCase):
         self.assertIsNone(sweep.locate({"file": "LICENSE"}))
         os.environ["PRECIS_DATA"] = str(ROOT)
         self.assertEqual(sweep.locate({"file": "LICENSE"}), str(ROOT / "LICENSE"))
+
+
+class Rounds(unittest.TestCase):
+    def test_everyone_runs_once_a_round_and_the_first_is_not_counted(self):
+        order = []
+        times = rounds.interleaved({n: (lambda n=n: order.append(n) or len(order)) for n in "abc"}, 4)
+        self.assertEqual([len(t) for t in times.values()], [4, 4, 4])
+        self.assertEqual([sorted(order[i:i + 3]) for i in range(0, 15, 3)], [list("abc")] * 5)
+        self.assertGreater(len({tuple(order[i:i + 3]) for i in range(0, 15, 3)}), 1)  # the order rotates
+
+    def test_interval_of_the_median(self):
+        # 95 % of 9 values: ranks 2 and 8 (they hold the median with 96 %, ranks 3 and 7 with 82 %); of 5 not even the ends do.
+        self.assertEqual(rounds.interval([3, 9, 1, 7, 5, 2, 8, 4, 6]), (5, 2, 8))
+        self.assertEqual(rounds.interval([1, 2, 3, 4, 5]), (3, 1, 5))
+        self.assertEqual(rounds.interval(range(25))[1:], (7, 17))  # tables of the sign test
+
+    def test_ratio_is_taken_round_by_round(self):
+        self.assertEqual(rounds.ratio([2, 20, 200], [1, 10, 100]), (2, 2, 2))
+
+
+class Pareto(unittest.TestCase):
+    RUNS = [{"setting": s, "baseline": b, "mse": m, "seconds": t}
+            for s, b, m, t in [("u1", True, 1, 1), ("u2", True, .1, 2), ("u3", True, .01, 9), ("o1", False, .05, 3), ("o2", False, .5, 1)]]
+
+    def test_contenders_are_the_fastest_that_keep_the_error(self):
+        self.assertEqual(set(pareto.contenders(self.RUNS, [1], 1)), {"u1", "o2"})
+        self.assertEqual(set(pareto.contenders(self.RUNS, [.1], 1)), {"u2", "o1"})
+        self.assertEqual(set(pareto.contenders(self.RUNS, [.02], 2)), {"u3"})
+
+    def test_curves_are_all_combinations(self):
+        found = list(pareto.curves({"with": {"a": [1, 2], "b": [3]}, "ladder": {"c": [5, 6]}}))
+        self.assertEqual(found, [({"a": "1", "b": "3"}, "c", ["5", "6"]), ({"a": "2", "b": "3"}, "c", ["5", "6"])])
 
 
 class Check(unittest.TestCase):

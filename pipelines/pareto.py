@@ -1,0 +1,126 @@
+#!/usr/bin/python3
+"""One data set and scene of a `pareto` sweep: first every setting once, for its error and a rough time; then those
+near the front again, interleaved, so that times can be compared."""
+
+import argparse
+import itertools
+import json
+import pathlib
+import statistics
+
+import raycaster
+import rounds
+import sweep
+
+
+def families(asked):
+    """(name, entry) of every family of settings: a method is one or a list of them."""
+    for name, entry in asked["methods"].items():
+        for family in entry if isinstance(entry, list) else [entry]:
+            yield name, family
+
+
+def curves(method):
+    """(values of `with`, name and values of the ladder) for every curve of a method."""
+    fixed = method.get("with", {})
+    (rung, values), = method["ladder"].items()
+    for chosen in itertools.product(*fixed.values()):
+        yield dict(zip(fixed, map(str, chosen))), rung, [str(v) for v in values]
+
+
+def setting_of(method, name, values):
+    """What the tables call a setting: its options, short."""
+    text = method["render"].format(**values)
+    if "index" in method:
+        text += f" --index {name}: {method['index'].format(**values)}"
+    return " ".join(text.split())
+
+
+def accuracy_pass(caster, settings, dataset, log):
+    """Every setting of every curve, once; a ladder ends where finer settings answer no question."""
+    asked, out = settings["sweep"], pathlib.Path(settings["out"])
+    known = raycaster.known_options(caster.bin)
+    runs = []
+    for name, method in families(asked):
+        if method.get("needs", "") not in known:
+            continue
+        for values, rung, ladder in curves(method):
+            for value in ladder:
+                values = values | {rung: value}
+                options, index_s = method["render"].format(**values), None
+                if "index" in method:
+                    coefficients = out / "coefficients" / dataset / f"{values['wavelet']}.vdb"
+                    path, index_s = caster.index(coefficients, method["index"].format(**values), f"{name}-{len(runs)}")
+                    options += f" --index {path}"
+                stats = caster.render(options)
+                if stats is None:
+                    continue
+                mse, largest = caster.error()
+                phases = stats["time_s"]["phases"]
+                if index_s is None:
+                    index_s = sum(statistics.median(phases[p]) for p in phases if "index" in p) or None
+                runs.append({"method": name, "rung": value, "setting": setting_of(method, name, values),
+                             "options": options, "samples": stats["counts"]["samples"], "mse": mse, "max_error": largest,
+                             "seconds": sweep.render_seconds(stats), "index_s": index_s, "values": values,
+                             "baseline": bool(method.get("baseline")), "estimate": stats.get("error")})
+                if not method.get("whole") and (mse <= asked["targets"][-1] or runs[-1]["seconds"] > asked["limit_s"]):
+                    break
+        log(f"{name}: {sum(r['method'] == name for r in runs)} settings")
+    return runs
+
+
+def contenders(runs, targets, count):
+    """Settings to time: at each target the few fastest of uniform sampling and of the rest, by the first pass."""
+    chosen = {}
+    for target in targets:
+        for baseline in (True, False):
+            able = [r for r in runs if r["baseline"] == baseline and r["mse"] <= target]
+            for run in sorted(able, key=lambda r: r["seconds"])[:count]:
+                chosen[run["setting"]] = run
+    return chosen
+
+
+def repeats(seconds):
+    return 3 if seconds < 0.05 else 2 if seconds < 0.4 else 1
+
+
+def time_them(caster, asked, runs, log):
+    """{threads: {setting: seconds of each round}}"""
+    chosen = contenders(runs, asked["targets"], asked["contenders"])
+    times = {}
+    for threads in asked["threads"]:
+        if times:  # the other thread counts: only what won or came near it
+            best = {name: statistics.median(t) for name, t in next(iter(times.values())).items()}
+            again = [r | {"seconds": best[n]} for n, r in chosen.items()]
+            chosen = contenders(again, asked["targets"], 1)
+        run_one = {name: lambda r=run: caster.seconds(r["options"], threads, repeats(r["seconds"]))
+                   for name, run in chosen.items()}
+        times[str(threads)] = rounds.interleaved(run_one, asked["rounds"])
+        log(f"{len(chosen)} settings timed at {threads} threads, {asked['rounds']} rounds")
+    return times
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("settings")
+    parser.add_argument("group", help="DATASET/SCENE")
+    parser.add_argument("--bin", required=True)
+    parser.add_argument("--truth", required=True)
+    parser.add_argument("--runs", help="results of the first pass: the second pass is asked for")
+    parser.add_argument("-o", "--output", required=True)
+    arguments = parser.parse_args()
+    settings = json.loads(pathlib.Path(arguments.settings).read_text())
+    dataset = arguments.group.split("/")[0]
+    caster = raycaster.Raycaster(arguments.bin, raycaster.volume_at(settings, dataset), sweep.scene(arguments.group),
+                                 settings["sweep"]["size"], arguments.truth,
+                                 pathlib.Path(settings["out"]) / "pictures" / arguments.group)
+    log = lambda text: rounds.say(f"{arguments.group}: {text}")  # noqa: E731
+    if arguments.runs:
+        found = time_them(caster, settings["sweep"], json.loads(pathlib.Path(arguments.runs).read_text()), log)
+    else:
+        found = accuracy_pass(caster, settings, dataset, log)
+    pathlib.Path(arguments.output).write_text(json.dumps(found, indent=1))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,152 @@
+#!/usr/bin/python3
+"""Tables of a `pareto` sweep: every setting as CSV; in Markdown the fastest at equal error, slopes, and --max-error."""
+
+import argparse
+import csv
+import json
+import math
+import pathlib
+import statistics
+
+import records
+import rounds
+
+COLUMNS = ["dataset", "scene", "size", "method", "setting", "samples", "mse", "max_error", "time_s", "index_s"]
+
+EXPLANATION = """\
+Pictures of {size} pixels; truth: the adaptive reference integral. MSE on the byte scale, largest error on the colour scale 0..1.
+The first pass renders every setting once, for its error; the fastest at each error are timed again in {rounds} interleaved
+rounds. *Ratio*: time of the best uniform setting over that of the best other setting, median of the rounds with its 95 %
+interval (order statistics); above 1 the other is faster. Uniform sampling may take any step and quadrature, with
+the same skipping of empty space, with and without early termination. Times are of rendering alone; what an index
+takes to build, once a scene, stands in table.csv. {host}.
+"""
+
+
+def load(path):
+    return json.loads(pathlib.Path(path).read_text())
+
+
+def markdown(header, lines):
+    return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in [header, ["---"] * len(header), *lines]) + "\n"
+
+
+def shown_ms(ms):
+    return "" if math.isnan(ms) else f"{ms:.1f}"
+
+
+def best(times, runs, baseline, target):
+    """The timed setting of the smallest median that keeps the error, or None."""
+    able = [s for s in times if runs[s]["baseline"] == baseline and runs[s]["mse"] <= target]
+    return min(able, key=lambda s: statistics.median(times[s]), default=None)
+
+
+def equal_error(swept, groups):
+    """One row a scene, target and thread count: (group, target, threads, uniform, ms, other, ms, ratio)."""
+    for group, (runs, timed) in groups.items():
+        by_setting = {r["setting"]: r for r in runs}
+        for threads, times in timed.items():
+            for target in swept["targets"]:
+                uniform, other = (best(times, by_setting, b, target) for b in (True, False))
+                ratio = rounds.ratio(times[uniform], times[other]) if uniform and other else None
+                yield dict(group=group, target=target, threads=threads, uniform=uniform, other=other, ratio=ratio,
+                           method=by_setting[other]["method"] if other else "",
+                           ms=[1e3 * statistics.median(times[s]) if s else math.nan for s in (uniform, other)])
+
+
+def equal_error_table(rows):
+    lines = [[r["group"], f"{r['target']:g}", r["threads"], r["uniform"] or "none reaches it", shown_ms(r["ms"][0]),
+              r["other"] or "none reaches it", shown_ms(r["ms"][1]), rounds.shown(r["ratio"]) if r["ratio"] else "-"] for r in rows]
+    return markdown(["scene", "MSE at most", "threads", "uniform", "ms", "other", "ms", "ratio"], lines)
+
+
+def summary(swept, rows):
+    """Over all scenes, for each target and thread count: median ratio, and how many are slower and 1.5 times as fast."""
+    lines = []
+    for threads in dict.fromkeys(r["threads"] for r in rows):
+        for target in swept["targets"]:
+            found = [r["ratio"] for r in rows if (r["threads"], r["target"]) == (threads, target) and r["ratio"]]
+            if found:
+                lines.append([f"{target:g}", threads, len(found), f"{statistics.median(f[0] for f in found):.2f}",
+                              sum(f[2] < 1 for f in found), sum(f[0] >= 1.5 for f in found)])
+    return markdown(["MSE at most", "threads", "scenes", "median ratio", "slower", "1.5 times as fast"], lines)
+
+
+def slope(coarse, fine, x):
+    return math.log(coarse["mse"] / fine["mse"]) / 2 / math.log(x)
+
+
+def slopes(groups):
+    """d log RMSE / d log step between neighbouring steps 1v .. 0.25v; for split, in the number of nodes."""
+    lines = []
+    for group, (runs, _) in groups.items():
+        line = [group]
+        for quadrature in ("rectangle", "trapezoid", "preintegrated"):
+            at = {float(r["rung"][:-1]): r for r in runs if r["method"] == "uniform" and r["mse"] > 1e-9
+                  and r["values"]["quadrature"] == quadrature and r["values"].get("termination") == "0"}
+            pairs = [(h, h / 2) for h in at if h / 2 in at and h <= 1]
+            line.append(f"{statistics.median(slope(at[a], at[b], 2) for a, b in pairs):.2f}" if pairs else "-")
+        nodes = {int(r["rung"]): r for r in runs if r["method"] == "split" and r["values"].get("termination") == "0"}
+        for n in (1, 2, 3):
+            line.append(f"{math.sqrt(nodes[n]['mse']):.2g}" if n in nodes else "-")
+        for a, b in ((1, 2), (2, 3)):
+            line.append(f"{slope(nodes[a], nodes[b], b / a):.1f}" if b in nodes and nodes[b]["mse"] > 0 else "-")
+        lines.append(line)
+    return markdown(["scene", "rectangle", "trapezoid", "preintegrated", "split 1: RMSE", "2", "3", "slope 1 to 2", "2 to 3"], lines)
+
+
+def bounds(swept, groups):
+    """What --max-error promised and kept; a bound that it could not keep it refuses, and says so."""
+    lines = []
+    for group, (runs, _) in groups.items():
+        found = {r["rung"]: r for r in runs if r["method"] == "max-error"}
+        for bound in map(str, swept["methods"]["max-error"]["ladder"]["bound"] if found else []):
+            if r := found.get(bound):
+                kept = "yes" if r["max_error"] <= float(bound) else "**no**"
+                lines.append([group, bound, f"{r['max_error']:.2g}", kept, f"{1e3 * r['seconds']:.1f}"])
+            else:
+                lines.append([group, bound, "", "refused", ""])
+    return markdown(["scene", "bound", "largest error", "kept", "ms"], lines) if lines else ""
+
+
+def write_csv(path, size, groups):
+    with open(path, "w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for group, (runs, _) in groups.items():
+            for r in runs:
+                writer.writerow([*group.split("/"), size, r["method"], r["setting"], r["samples"], f"{r['mse']:.6g}",
+                                 f"{r['max_error']:.6g}", f"{r['seconds']:.4g}", records.number(r["index_s"], 4)])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("settings")
+    parser.add_argument("--csv", required=True)
+    parser.add_argument("--markdown", required=True)
+    arguments = parser.parse_args()
+    settings = load(arguments.settings)
+    if not settings["groups"]:
+        raise SystemExit("pareto: none of the data sets is at hand")
+    swept, out = settings["sweep"], pathlib.Path(settings["out"])
+    def timed(group):
+        return swept["rounds"] and swept["datasets"][group.split("/")[0]].get("timed", True)
+    groups = {g: (load(out / "accuracy" / f"{g}.json"), load(out / "times" / f"{g}.json") if timed(g) else {})
+              for g in settings["groups"]}
+    write_csv(arguments.csv, swept["size"], groups)
+    stats = load(out / "truth" / settings["groups"][0] / "reference.json")
+    host = f"{stats['host']['cpu']}, {stats['host']['threads']} threads, {stats['host']['simd']}, commit {stats['commit']}"
+    text = "# Error against time\n\n" + EXPLANATION.format(size=swept["size"], rounds=swept["rounds"], host=host)
+    rows = list(equal_error(swept, groups))
+    if rows:
+        text += "\n## All scenes\n\n" + summary(swept, rows) + "\n## Fastest at equal error\n\n" + equal_error_table(rows)
+    text += ("\n## Order of convergence\n\nSlope of log RMSE over log step (median between steps of 1 voxel and below), and of the split"
+             " quadrature its RMSE\n(byte scale) at 1, 2 and 3 Gauss nodes with the slope in the number of nodes. Shading jumps at"
+             " the faces of cells,\nwhere the gradient does: steps that do not know the faces are of order 1 there.\n\n" + slopes(groups))
+    if guaranteed := bounds(swept, groups):
+        text += "\n## --max-error\n\nTimes of the first pass, one run each.\n\n" + guaranteed
+    pathlib.Path(arguments.markdown).write_text(text)
+
+
+if __name__ == "__main__":
+    main()
