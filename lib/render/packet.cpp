@@ -23,8 +23,6 @@ namespace {
 using volume::VoxelType;
 
 constexpr double kMostPieces = 64;
-constexpr double kTerminationShare =
-    0.625;  // of max_error: for the light behind where a ray ends early, a sure bound
 constexpr double kThreeNodesBelow =
     3e-3;  // below this error a rule of order 6 takes fewer pieces than one of order 4
 constexpr double kTouching = index::Macrocells::kEdge;
@@ -124,14 +122,24 @@ void set_shading(const volume::GridGeometry& geometry, const Shading& shading, P
   }
 }
 
+/// Of max_error: for the pieces of a ray; for the light behind where it ends early, a sure bound; for what no
+/// estimate sees. Where light comes from the side, its kinks can hide between the places that are looked at.
+struct ErrorShares {
+  double pieces = 0.375, termination = 0.625, unseen = 0;
+};
+ErrorShares error_shares(const Scene& scene) {
+  return scene.shading && scene.shading->light ? ErrorShares{0.375, 0.325, 0.3} : ErrorShares{};
+}
+
 /// Adaptive pieces: what a ray may err by in all is shared between them and the light behind where it ends
 /// early.
 void set_budget(const Scene& scene, const RenderOptions& options, PacketJob& job) {
   const double bright = brightest(scene);
+  const ErrorShares shares = error_shares(scene);
   job.nodes = options.max_error < kThreeNodesBelow ? 3 : 2;
-  job.budget = static_cast<float>((1 - kTerminationShare) * options.max_error - kPacketRounding * bright);
+  job.budget = static_cast<float>(shares.pieces * options.max_error - kPacketRounding * bright);
   job.termination =
-      static_cast<float>(std::max(options.termination, kTerminationShare * options.max_error / bright));
+      static_cast<float>(std::max(options.termination, shares.termination * options.max_error / bright));
   const bool one_channel = job.transfer.affine && !job.shaded;
   double offset = 0, slope = 0;
   for (int c = 0; c < 3; ++c) {
@@ -151,7 +159,7 @@ void set_budget(const Scene& scene, const RenderOptions& options, PacketJob& job
     // A highlight is as narrow as its exponent makes it: cos^m falls to e^-1/8 at this cosine.
     job.steady = static_cast<float>(1 - 0.125 / std::max(1.0, scene.shading->exponent));
   }
-  job.rounding = static_cast<float>(kPacketRounding * bright);
+  job.unseen = static_cast<float>(kPacketRounding * bright + (shares.unseen) * options.max_error);
 }
 
 /// The index's nibbles with readable bytes behind them.
@@ -217,7 +225,7 @@ void cast_packet(const Picture& picture, std::span<const PixelPosition> position
     picture.image.at(x, y, 4) = static_cast<float>(pixels.samples[lane]);
     const Chord& chord = lanes[lane].chord;
     if (picture.options.max_error > 0) {
-      picture.image.at(x, y, kErrorChannel) = pixels.error[lane] + picture.job.rounding;
+      picture.image.at(x, y, kErrorChannel) = pixels.error[lane] + picture.job.unseen;
     }
     if (pixels.depth_node[lane] >= 0) {
       const double t =

@@ -20,21 +20,17 @@ class ErrorBudget {
     made_ = hn::Zero(DF());
   }
 
-  /// Estimate of what a piece's error does to the pixel: `by` against a rule of lower order, `check`. The
-  /// difference is the error of the lower order; the higher one's is a small part of it, of which kShare is
-  /// on the safe side also at a kink inside the piece.
+  /// Estimate of what a piece's error does to the pixel: `by` against a rule of lower order, `check`.
   template <int kChannels>
   static HWY_INLINE F estimate(const PacketJob& job, F transmittance, const PieceLight<kChannels>& by,
                                const PieceLight<kChannels>& check) {
-    constexpr float kShare = 0.25F;
     F emitted = hn::Zero(DF());
     for (int c = 0; c < kChannels; ++c) {
       emitted = hn::Max(emitted, hn::Abs(hn::Sub(by.emitted[c], check.emitted[c])));
     }
     const F absorbed = hn::Abs(hn::Sub(by.alpha, check.alpha));
-    return hn::Mul(
-        hn::Mul(constant(kShare), transmittance),
-        hn::MulAdd(constant(job.error_emitted), emitted, hn::Mul(constant(job.error_alpha), absorbed)));
+    return hn::Mul(transmittance, hn::MulAdd(constant(job.error_emitted), emitted,
+                                             hn::Mul(constant(job.error_alpha), absorbed)));
   }
 
   /// Whether a piece `stretch` steps long that begins `passed` steps behind the ray's entry may make an

@@ -63,7 +63,7 @@ struct PacketJob {
   float error_unseen = 0;  ///< what transmittance left over counts
   float error_light = 0;   ///< half of what a light's direction may change in a colour
   float steady = 1;        ///< least cosine between neighbouring normals that Gauss nodes see through
-  float rounding = 0;      ///< error of float arithmetic in a pixel, at most
+  float unseen = 0;        ///< error that no estimate sees: float arithmetic, at least
   PacketTransfer transfer;
   // Shading; `to_world` rows give the world gradient from the index gradient.
   bool shaded = false;

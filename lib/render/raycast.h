@@ -59,8 +59,9 @@ template <volume::FieldSampler F>
 /// for the cubics). It is cut where it crosses the points of the transfer function, and the smooth pieces are
 /// integrated by adaptive Gauss quadrature with the optical depth nested (reference_integral.h). xray
 /// integrates the polynomials in closed form; mip bounds them by their Bernstein coefficients. Steps and
-/// early termination play no part. The tolerance is absolute, on the colour scale (xray and mip: times the
-/// largest |f| met, and for xray the ray's length); the estimate of what was reached is returned.
+/// early termination play no part. The tolerance is absolute, at least 1e-14 of the brightest colour, on the
+/// colour scale (xray and mip: times the largest |f| met, and for xray the ray's length); the estimate of
+/// what was reached is returned.
 [[nodiscard]] RenderResult raycast_reference(const volume::Volume& volume, const Scene& scene,
                                              const RenderOptions& options);
 /// `split` where packets do not go: the same cuts, with the reference's adaptive rule to kSplitTolerance.

@@ -4,11 +4,17 @@
 #include <cmath>
 
 namespace vol::render {
+namespace {
+
+/// Of the brightest colour: below it, halving follows the rounding of the pieces' polynomials without end.
+constexpr double kLeastTolerance = 1e-14;
+
+}  // namespace
 
 ReferenceIntegral::ReferenceIntegral(const Optics& optics, double tolerance, double ray_length,
                                      double brightest, Light light, bool headlight)
     : optics_(optics),
-      tolerance_(tolerance),
+      tolerance_(std::max(tolerance, kLeastTolerance * std::max(1.0, brightest))),
       ray_length_(ray_length),
       brightest_(std::max(1.0, brightest)),  // alpha is a channel too
       light_(std::move(light)),
