@@ -1,8 +1,8 @@
 #include "render/refinement.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -12,41 +12,42 @@ namespace vol::render {
 namespace {
 
 constexpr int kDepthChannel = 5;
+constexpr int kColours = 4;
 
 /// Corners at (x, y) and (x + w, y + h); the last cells of a row or column are smaller, down to one pixel.
 struct Cell {
   std::int32_t x, y, w, h;
   [[nodiscard]] bool is_single() const { return w <= 1 && h <= 1; }
-  /// Nodes 0, 1, 2 of a side: its ends and its middle.
-  [[nodiscard]] std::int32_t node_x(int i) const { return i == 0 ? x : i == 1 ? x + w / 2 : x + w; }
-  [[nodiscard]] std::int32_t node_y(int j) const { return j == 0 ? y : j == 1 ? y + h / 2 : y + h; }
 };
 
-/// The centre of a cell and the middles of its sides.
-constexpr std::pair<int, int> kMiddles[] = {{1, 1}, {1, 0}, {0, 1}, {2, 1}, {1, 2}};
+/// Weights of four neighbours a cell apart for a place in the middle cell, t in [0, 1]: the cubic of Catmull
+/// and Rom (1974), or where an outer neighbour is missing the line through the inner two.
+using Weights = std::array<float, 4>;
+Weights cubic(float t) {
+  return {0.5F * t * (-1 + t * (2 - t)), 1 + 0.5F * t * t * (-5 + 3 * t), 0.5F * t * (1 + t * (4 - 3 * t)),
+          0.5F * t * t * (t - 1)};
+}
+Weights linear(float t) {
+  return {0, 1 - t, t, 0};
+}
 
 class Refinement {
  public:
   Refinement(image::Image& image, double tolerance, const CastPixels& cast)
       : image_(image),
-        tolerance_(tolerance),
+        tolerance_(static_cast<float>(tolerance)),
         cast_(cast),
         known_(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height)) {}
 
   void run(int step) {
     std::vector<Cell> cells = first_cells(step);
     for (const Cell& cell : cells) want_corners(cell);
-    while (!cells.empty()) {
-      for (const Cell& cell : cells) {
-        if (!cell.is_single()) want_middles(cell);
-      }
-      cast_wanted();
-      cells = divide(cells);
-    }
-    parallel_for(0, static_cast<std::int64_t>(leaves_.size()), 256,
-                 [&](std::int64_t begin, std::int64_t end) {
-                   for (std::int64_t i = begin; i < end; ++i) fill(leaves_[static_cast<std::size_t>(i)]);
-                 });
+    cast_wanted();
+    while (!cells.empty()) cells = divide(cells);
+    const auto some = [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t i = begin; i < end; ++i) fill(leaves_[static_cast<std::size_t>(i)]);
+    };
+    parallel_for(0, static_cast<std::int64_t>(leaves_.size()), 1024, some);
   }
 
  private:
@@ -74,6 +75,12 @@ class Refinement {
   [[nodiscard]] std::size_t offset(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(image_.width) + static_cast<std::size_t>(x);
   }
+  [[nodiscard]] const float* pixel(int x, int y) const {
+    return image_.pixels.data() + offset(x, y) * image_.channels.size();
+  }
+  [[nodiscard]] bool is_known(int x, int y) const {
+    return x >= 0 && y >= 0 && x < image_.width && y < image_.height && known_[offset(x, y)];
+  }
   void want(int x, int y) {
     if (known_[offset(x, y)]) return;
     known_[offset(x, y)] = 1;
@@ -84,69 +91,71 @@ class Refinement {
       for (const int x : {c.x, c.x + c.w}) want(x, y);
     }
   }
-  void want_middles(const Cell& c) {
-    for (const auto& [i, j] : kMiddles) want(c.node_x(i), c.node_y(j));
-  }
   void cast_wanted() {
     if (!wanted_.empty()) cast_(wanted_);
     wanted_.clear();
   }
 
-  [[nodiscard]] double node(const Cell& cell, int i, int j, int channel) const {
-    return double(image_.at(cell.node_x(i), cell.node_y(j), channel));
-  }
-  [[nodiscard]] double bilinear(const Cell& cell, int x, int y, int channel) const {
-    const double u = cell.w > 0 ? double(x - cell.x) / cell.w : 0,
-                 v = cell.h > 0 ? double(y - cell.y) / cell.h : 0;
-    const auto at = [&](int i, int j) { return node(cell, 2 * i, 2 * j, channel); };
-    return (1 - v) * ((1 - u) * at(0, 0) + u * at(1, 0)) + v * ((1 - u) * at(0, 1) + u * at(1, 1));
+  /// Second difference through three pixels in a line, `before` and `behind` apart, for a spacing of `size`:
+  /// the largest over the channels.
+  [[nodiscard]] float bend(const float* a, const float* b, const float* c, int before, int behind,
+                           int size) const {
+    const auto s = static_cast<float>(size);
+    const float scale = 2 * s * s / static_cast<float>(before + behind);
+    float most = 0;
+    for (int k = 0; k < kColours; ++k) {
+      const float d = (c[k] - b[k]) / static_cast<float>(behind) - (b[k] - a[k]) / static_cast<float>(before);
+      most = std::max(most, d == d ? std::abs(scale * d) : INFINITY);
+    }
+    return most;
   }
 
-  /// Weights of the three nodes of a side, of length n, at a pixel: the parabola through them, a line for n
-  /// = 1.
-  struct Weights {
-    double w[3];
-    Weights(int at, int n) {
-      const double x = at, m = n / 2, e = n;
-      if (n <= 1) {
-        w[0] = n == 0 ? 1 : 1 - x;
-        w[1] = 0;
-        w[2] = n == 0 ? 0 : x;
-      } else {
-        w[0] = (x - m) * (x - e) / (m * e);
-        w[1] = x * (x - e) / (m * (m - e));
-        w[2] = x * (x - m) / (e * (e - m));
+  /// The largest second difference along a side from (x, y), `size` pixels in direction (dx, dy), and its
+  /// neighbours on the same line; infinite where there is none to compare with.
+  [[nodiscard]] float side_bend(int x, int y, int dx, int dy, int size) const {
+    if (size <= 1) return 0;
+    const int ex = x + size * dx, ey = y + size * dy;
+    float most = -1;
+    for (const int reach : {size, size + 1, size - 1}) {
+      if (is_known(x - reach * dx, y - reach * dy)) {
+        most = std::max(
+            most, bend(pixel(x - reach * dx, y - reach * dy), pixel(x, y), pixel(ex, ey), reach, size, size));
+        break;
       }
     }
-  };
-  [[nodiscard]] double biquadratic(const Cell& cell, int x, int y, int channel) const {
-    const Weights across(x - cell.x, cell.w), down(y - cell.y, cell.h);
-    double sum = 0;
-    for (int j = 0; j < 3; ++j) {
-      for (int i = 0; i < 3; ++i) {
-        const double weight = across.w[i] * down.w[j];
-        if (weight != 0) sum += weight * node(cell, i, j, channel);
+    for (const int reach : {size, size + 1, size - 1}) {
+      if (is_known(ex + reach * dx, ey + reach * dy)) {
+        most = std::max(most, bend(pixel(x, y), pixel(ex, ey), pixel(ex + reach * dx, ey + reach * dy), size,
+                                   reach, size));
+        break;
       }
     }
-    return sum;
+    return most < 0 ? INFINITY : most;
   }
 
-  [[nodiscard]] bool is_flat(const Cell& cell) const {
-    for (const auto& [i, j] : kMiddles) {
-      const int x = cell.node_x(i), y = cell.node_y(j);
-      for (int c = 0; c < 4; ++c) {
-        if (!(std::abs(bilinear(cell, x, y, c) - double(image_.at(x, y, c))) <= tolerance_)) return false;
-      }
-    }
-    return true;
+  /// Interpolation misses a kink in the middle of a cell by half of the second differences at its corners,
+  /// and less where the picture is smooth.
+  [[nodiscard]] bool is_flat(const Cell& c) const {
+    const float across = std::max(side_bend(c.x, c.y, 1, 0, c.w), side_bend(c.x, c.y + c.h, 1, 0, c.w));
+    const float down = std::max(side_bend(c.x, c.y, 0, 1, c.h), side_bend(c.x + c.w, c.y, 0, 1, c.h));
+    return 0.5F * (across + down) <= tolerance_;
   }
 
-  /// Flat cells become leaves; the quarters of the others are returned, their corners wanted.
+  /// Flat cells become leaves; the quarters of the others are returned, their corners cast.
   [[nodiscard]] std::vector<Cell> divide(const std::vector<Cell>& cells) {
+    std::vector<std::uint8_t> flat(cells.size());
+    const auto some = [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t i = begin; i < end; ++i) {
+        const Cell& cell = cells[static_cast<std::size_t>(i)];
+        flat[static_cast<std::size_t>(i)] = !cell.is_single() && is_flat(cell);
+      }
+    };
+    parallel_for(0, static_cast<std::int64_t>(cells.size()), 1024, some);
     std::vector<Cell> quarters;
-    for (const Cell& cell : cells) {
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const Cell& cell = cells[i];
       if (cell.is_single()) continue;
-      if (is_flat(cell)) {
+      if (flat[i]) {
         leaves_.push_back(cell);
         continue;
       }
@@ -163,29 +172,68 @@ class Refinement {
         }
       }
     }
+    cast_wanted();
     return quarters;
   }
 
+  /// Whether all sixteen pixels around a cell, one cell apart, were cast.
+  [[nodiscard]] bool is_surrounded(const Cell& c) const {
+    for (int j = -1; j <= 2; ++j) {
+      for (int i = -1; i <= 2; ++i) {
+        if (!is_known(c.x + i * c.w, c.y + j * c.h)) return false;
+      }
+    }
+    return true;
+  }
+
   void fill(const Cell& cell) {
-    for (int y = cell.y; y <= cell.y + cell.h; ++y) {
-      for (int x = cell.x; x <= cell.x + cell.w; ++x) {
+    const bool surrounded = cell.w > 0 && cell.h > 0 && is_surrounded(cell);
+    const int first = surrounded ? -1 : 0, last = surrounded ? 2 : 1;
+    const auto weights = [&](int at, int size) {
+      const float t = size > 0 ? static_cast<float>(at) / static_cast<float>(size) : 0;
+      return surrounded ? cubic(t) : linear(t);
+    };
+    // Columns and rows that the next cells open are theirs.
+    const int columns = cell.x + cell.w < image_.width - 1 ? cell.w : cell.w + 1;
+    const int rows = cell.y + cell.h < image_.height - 1 ? cell.h : cell.h + 1;
+    for (int i = 0; i < std::max(columns, 1); ++i) {
+      const Weights across = weights(i, cell.w);
+      float column[4][kColours] = {};  // of the four rows, at this column
+      for (int r = first; r <= last; ++r) {
+        for (int s = first; s <= last; ++s) {
+          const float* p = pixel(cell.x + s * cell.w, cell.y + r * cell.h);
+          for (int c = 0; c < kColours; ++c)
+            column[r + 1][c] += across[static_cast<std::size_t>(s + 1)] * p[c];
+        }
+      }
+      for (int j = 0; j < std::max(rows, 1); ++j) {
+        const int x = cell.x + i, y = cell.y + j;
         if (known_[offset(x, y)]) continue;
-        // A pixel on the border of two cells belongs to the one it opens.
-        const bool closes =
-            (x == cell.x + cell.w && x < image_.width - 1) || (y == cell.y + cell.h && y < image_.height - 1);
-        if (closes) continue;
-        for (int c = 0; c < 4; ++c) image_.at(x, y, c) = static_cast<float>(biquadratic(cell, x, y, c));
-        const double depth = bilinear(cell, x, y, kDepthChannel);
-        const int near_x = 2 * (x - cell.x) > cell.w ? cell.x + cell.w : cell.x;
-        const int near_y = 2 * (y - cell.y) > cell.h ? cell.y + cell.h : cell.y;
-        image_.at(x, y, kDepthChannel) =
-            std::isfinite(depth) ? static_cast<float>(depth) : image_.at(near_x, near_y, kDepthChannel);
+        const Weights down = weights(j, cell.h);
+        for (int c = 0; c < kColours; ++c) {
+          float sum = 0;
+          for (int r = first; r <= last; ++r) sum += down[static_cast<std::size_t>(r + 1)] * column[r + 1][c];
+          image_.at(x, y, c) = sum;
+        }
+        image_.at(x, y, kDepthChannel) = depth(cell, i, j);
       }
     }
   }
 
+  /// Bilinear where all four corners have a depth, else the nearest corner's.
+  [[nodiscard]] float depth(const Cell& cell, int i, int j) const {
+    const float u = cell.w > 0 ? static_cast<float>(i) / static_cast<float>(cell.w) : 0,
+                v = cell.h > 0 ? static_cast<float>(j) / static_cast<float>(cell.h) : 0;
+    const auto at = [&](int a, int b) {
+      return pixel(cell.x + a * cell.w, cell.y + b * cell.h)[kDepthChannel];
+    };
+    const float between =
+        (1 - v) * ((1 - u) * at(0, 0) + u * at(1, 0)) + v * ((1 - u) * at(0, 1) + u * at(1, 1));
+    return std::isfinite(between) ? between : at(2 * i > cell.w, 2 * j > cell.h);
+  }
+
   image::Image& image_;
-  double tolerance_;
+  float tolerance_;
   const CastPixels& cast_;
   std::vector<std::uint8_t> known_;  // cast already, or wanted
   std::vector<PixelPosition> wanted_;
