@@ -118,13 +118,14 @@ void declare(CLI::App& app, Options& o) {
       ->check(cli::check_non_negative)
       ->capture_default_str()
       ->group(accuracy);
-  for (const char* chosen :
-       {"--quadrature", "--nodes", "--step", "--tolerance", "--termination", "--image-step", "--index"}) {
+  for (const char* chosen : {"--quadrature", "--nodes", "--step", "--tolerance", "--termination",
+                             "--image-step", "--image-tolerance", "--index", "--epsilon"}) {
     max_error->excludes(app.get_option(chosen));
   }
   app.add_flag("--no-skip", o.no_skip, "Sample also what the transfer function makes invisible")
       ->group(accuracy);
   app.add_option("--algorithm", o.algorithm, "packet (float, SIMD) or plain (double, its oracle)")
+      ->excludes(max_error)
       ->check(CLI::IsMember({"packet", "plain"}))
       ->capture_default_str()
       ->group(accuracy);
@@ -159,6 +160,7 @@ io::SceneFile resolve(Options& o) {
   o.render.height = size[1];
   if (file.quadrature) o.render.quadrature = *file.quadrature;
   if (!o.quadrature.empty()) o.render.quadrature = render::quadrature_from_name(o.quadrature);
+  if (o.render.max_error > 0) o.render.quadrature = render::Quadrature::split;  // whatever the scene says
   if (file.reconstruction) o.render.reconstruction = *file.reconstruction;
   if (!o.reconstruction.empty()) o.render.reconstruction = render::reconstruction_from_name(o.reconstruction);
   o.render.skip_empty = !o.no_skip;
@@ -262,7 +264,7 @@ int work(Options& o, cli::Record& record) {
   record.resolved("scene", io::to_json(scene));
   record.resolved("quadrature", render::name(o.render.quadrature));
   record.resolved("reconstruction", render::name(o.render.reconstruction));
-  record.resolved("step_world", o.render.step);
+  if (o.render.max_error == 0) record.resolved("step_world", o.render.step);
 
   std::optional<render::PacketVolume> prepared;
   if ((o.algorithm == "packet" || o.render.max_error > 0) &&

@@ -1,6 +1,8 @@
 #include "render/max_error.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <vector>
 
 #include "base/error.h"
@@ -21,12 +23,27 @@ std::vector<PixelPosition> pixels_above(const image::Image& image, double bound)
   return above;
 }
 
+/// Infinite where a pixel has no estimate.
 double largest_error(const image::Image& image) {
+  const std::vector<PixelPosition> beyond = pixels_above(image, std::numeric_limits<double>::max());
+  if (!beyond.empty()) return std::numeric_limits<double>::infinity();
   double most = 0;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) most = std::max(most, double(image.at(x, y, kErrorChannel)));
   }
   return most;
+}
+
+/// Of an X-ray or a maximum: errors over the largest value of the picture.
+void make_relative(image::Image& image) {
+  float largest = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) largest = std::max(largest, std::abs(image.at(x, y, 0)));
+  }
+  if (!(largest > 0)) return;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) image.at(x, y, kErrorChannel) /= largest;
+  }
 }
 
 }  // namespace
@@ -39,6 +56,11 @@ RenderResult raycast_within_error(const PacketVolume& volume, const Scene& scene
   adaptive.image_step = 1;
   adaptive.tolerance = kReferenceShare * options.max_error;
   RenderResult result = raycast_packet(volume, scene, adaptive);
+  if (scene.model != Model::composite) {  // the reference's already
+    make_relative(result.image);
+    result.error_estimate = largest_error(result.image);
+    return result;
+  }
   const std::vector<PixelPosition> above = pixels_above(result.image, options.max_error);
   if (!above.empty()) {
     redraw(volume::field_bounds(volume.original().geometry()), scene, above,

@@ -46,9 +46,10 @@ struct RenderOptions {
   int height = 512;
   Quadrature quadrature = Quadrature::trapezoid;
   volume::Reconstruction reconstruction = volume::Reconstruction::trilinear;
-  double step = 0.5;         ///< world length between nodes t_i = t_entry + i step
-  int nodes = 3;             ///< split: Gauss nodes a piece, 1 to 3
-  /// Split: halve pieces until each ray's estimate of its own error, on the colour scale, is below; 0: fixed pieces.
+  double step = 0.5;  ///< world length between nodes t_i = t_entry + i step
+  int nodes = 3;      ///< split: Gauss nodes a piece, 1 to 3
+  /// Split: halve pieces until each ray's estimate of its own error, on the colour scale, is below; 0: fixed
+  /// pieces.
   double max_error = 0;
   double tolerance = 1e-10;  ///< reference quadrature: absolute error of a pixel, on the colour scale
   double termination = 0;    ///< stop a ray once its transmittance is at most this; 0 for truth

@@ -23,6 +23,7 @@ namespace {
 using volume::VoxelType;
 
 constexpr double kMostPieces = 64;
+constexpr double kLeastPiece = 1.0 / 1024;  // of the longest way through a cell
 constexpr double kThreeNodesBelow =
     3e-3;  // below this error a rule of order 6 takes fewer pieces than one of order 4
 constexpr double kTouching = index::Macrocells::kEdge;
@@ -31,11 +32,12 @@ bool is_native(VoxelType type) {
   return type == VoxelType::u8 || type == VoxelType::u16 || type == VoxelType::i16 || type == VoxelType::f32;
 }
 
-/// Largest component of any colour once it is lit, and of alpha.
+/// Largest component of any colour once it is lit, of the background, and of alpha.
 double brightest(const Scene& scene) {
-  double most = 1;
+  double most = 0;
   for (const auto& p : scene.transfer.colours()) most = std::max(most, p.rgb.maxCoeff());
-  return scene.shading ? BlinnPhong(*scene.shading).brightest()(Vec3::Constant(most)).maxCoeff() : most;
+  if (scene.shading) most = BlinnPhong(*scene.shading).brightest()(Vec3::Constant(most)).maxCoeff();
+  return std::max({1.0, most, scene.background.maxCoeff()});
 }
 
 bool is_covered(const volume::Volume& volume, const Scene& scene, const RenderOptions& options) {
@@ -122,6 +124,15 @@ void set_shading(const volume::GridGeometry& geometry, const Shading& shading, P
   }
 }
 
+/// In steps; opaque stretches are no pieces.
+double shortest_piece(const PacketTransfer& transfer) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const float clarity : transfer.clarity) {
+    if (clarity > 0) least = std::min(least, double(clarity));
+  }
+  return least;
+}
+
 /// Of max_error: for the pieces of a ray; for the light behind where it ends early, a sure bound; for what no
 /// estimate sees. Where light comes from the side, its kinks can hide between the places that are looked at.
 struct ErrorShares {
@@ -153,9 +164,9 @@ void set_budget(const Scene& scene, const RenderOptions& options, PacketJob& job
   job.error_alpha = static_cast<float>(share * (one_channel ? bright + offset : bright));
   job.error_unseen = static_cast<float>(bright);
   if (scene.shading) {
-    job.error_light = static_cast<float>(0.5 * (scene.shading->diffuse * (bright - scene.shading->specular) /
-                                                    (scene.shading->ambient + scene.shading->diffuse) +
-                                                scene.shading->specular));
+    double colour = 0;
+    for (const auto& p : scene.transfer.colours()) colour = std::max(colour, p.rgb.maxCoeff());
+    job.error_light = static_cast<float>(0.5 * (scene.shading->diffuse * colour + scene.shading->specular));
     // A highlight is as narrow as its exponent makes it: cos^m falls to e^-1/8 at this cosine.
     job.steady = static_cast<float>(1 - 0.125 / std::max(1.0, scene.shading->exponent));
   }
@@ -345,6 +356,12 @@ RenderResult cast_covered(const PacketVolume& prepared, const Scene& scene, cons
     // A piece halves the light at most: so many are the pieces of a segment.
     const auto longest = double(job.longest_hop);
     if (job.rule == PacketRule::preintegrated && job.transfer.steepest * longest < -kMostPieces) {
+      return otherwise(prepared.original(), scene, options, index);
+    }
+    // A piece halves the light at most: where that takes less than a small part of a cell, the rays do not
+    // get on.
+    if (job.rule == PacketRule::split &&
+        shortest_piece(job.transfer) < kLeastPiece * geometry.spacing.norm() / options.step) {
       return otherwise(prepared.original(), scene, options, index);
     }
     if (scene.shading) set_shading(geometry, *scene.shading, job);

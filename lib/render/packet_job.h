@@ -36,6 +36,7 @@ struct PacketTransfer {
   // Preintegrated and split: the values at which a segment is cut; interval k lies between cuts k - 1 and k.
   Buffer<float> cuts;              ///< ascending, then +infinity
   Buffer<std::int32_t> first_cut;  ///< by bucket: an interval at or below that of the bucket's start
+  Buffer<float> peaks;             ///< values at which the opacity touches 1 between lower ones
   Buffer<float>
       clarity;  ///< by interval: steps over which log2 T falls by at most 1; 1e30 where clear, 0 where opaque
 };

@@ -103,8 +103,9 @@ class Split {
     }
     const F clarity = hn::GatherIndex(DF(), t.clarity.data(), lowest);
     M done = hn::Not(some);
-    if (HWY_LIKELY(hn::AllTrue(DF(), hn::And(whole, hn::Or(done, hn::Ge(clarity, length)))))) {
-      const M seen = hn::And(some, hn::Lt(clarity, constant(kClear)));
+    if (HWY_UNLIKELY(!t.peaks.empty())) done = hn::Or(done, enter_peaks(p, length, some, lamp));
+    if (HWY_LIKELY(hn::AllTrue(DF(), hn::Or(done, hn::And(whole, hn::Ge(clarity, length)))))) {
+      const M seen = hn::AndNot(done, hn::Lt(clarity, constant(kClear)));
       if (hn::AllFalse(DF(), seen)) return;
       const M passed = piece(p, hn::Zero(DF()), constant(1.0F), length, seen, lamp);
       done = hn::Or(done, passed);
@@ -157,6 +158,19 @@ class Split {
     });
   }
 
+  /// A cell that begins on a cut and falls belongs to the interval beneath: a value only touched is not
+  /// entered.
+  static HWY_INLINE I interval_below(const PacketTransfer& t, const Cubic& p, I k) {
+    const F zero = hn::Zero(DF());
+    const F cut = hn::GatherIndex(DF(), t.cuts.data(), hn::Max(hn::Sub(k, constant_i(1)), hn::Zero(DI())));
+    const M falls =
+        hn::Or(hn::Lt(p.c[1], zero),
+               hn::And(hn::Eq(p.c[1], zero),
+                       hn::Or(hn::Lt(p.c[2], zero), hn::And(hn::Eq(p.c[2], zero), hn::Lt(p.c[3], zero)))));
+    const M on_cut = hn::And(float_mask(hn::Gt(k, hn::Zero(DI()))), hn::Eq(p.c[0], cut));
+    return hn::Sub(k, hn::IfThenElseZero(int_mask(hn::And(on_cut, falls)), constant_i(1)));
+  }
+
   /// A cell in pieces, for the lanes that are not `done`.
   HWY_NOINLINE void pass_in_pieces(const Cubic& p, F length, M done, CellLight<kVoxels>& lamp) {
     const PacketTransfer& t = job_.transfer;
@@ -166,14 +180,18 @@ class Split {
     turns(p, turn, second);
     F from = hn::IfThenElseZero(done, one);
     F widest = one;
+    M fell = hn::Lt(one, one);  // into the present interval, from above
     F value = p.c[0];
-    I k = interval_of(t, value);
+    I k = interval_below(t, p, interval_of(t, value));
     do {
       const M open = hn::Lt(from, one);
       const F clarity = hn::GatherIndex(DF(), t.clarity.data(), k);
       const M opaque = hn::And(open, hn::Eq(clarity, hn::Zero(DF())));
       if (HWY_UNLIKELY(!hn::AllFalse(DF(), opaque))) {
-        enter_opaque(value, from, length, opaque, lamp);
+        // From above, the cut itself belongs to the interval left.
+        const F range = constant(static_cast<float>(t.buckets) / t.scale);
+        const F aside = hn::Mul(constant(5e-7F), hn::Add(range, hn::Abs(value)));
+        enter_opaque(hn::IfThenElse(fell, hn::Sub(value, aside), value), from, length, opaque, lamp);
         from = hn::IfThenElse(opaque, one, from);
         continue;
       }
@@ -209,12 +227,25 @@ class Split {
       const M crosses = hn::And(hn::And(open, passed), hn::AndNot(capped, cuts));
       const I beside = hn::IfThenElse(int_mask(rises), constant_i(1), constant_i(-1));
       k = hn::Add(k, hn::IfThenElseZero(int_mask(crosses), beside));
+      fell = hn::Or(hn::And(crosses, falls), hn::AndNot(crosses, fell));
       const F value_to =
           hn::IfThenElse(hn::AndNot(capped, cuts), cut, hn::IfThenElse(capped, p(to), value_end));
       value = hn::IfThenElse(passed, value_to, value);
       from = hn::IfThenElse(passed, to, from);
       // What lies behind nothing is seen through is left out.
     } while (!hn::AllFalse(DF(), hn::And(hn::Lt(from, one), hn::Gt(path_.transmittance, constant(0.0F)))));
+  }
+
+  /// Cells that are constant at a value where the opacity only touches 1 are opaque. Returns their lanes.
+  HWY_NOINLINE M enter_peaks(const Cubic& p, F length, M some, CellLight<kVoxels>& lamp) {
+    const F zero = hn::Zero(DF());
+    const M constant_cell =
+        hn::And(hn::Eq(p.c[1], zero), hn::And(hn::Eq(p.c[2], zero), hn::Eq(p.c[3], zero)));
+    M at_peak = hn::Lt(zero, zero);
+    for (const float peak : job_.transfer.peaks) at_peak = hn::Or(at_peak, hn::Eq(p.c[0], constant(peak)));
+    const M opaque = hn::And(some, hn::And(constant_cell, at_peak));
+    if (!hn::AllFalse(DF(), opaque)) enter_opaque(p.c[0], zero, length, opaque, lamp);
+    return opaque;
   }
 
   /// T c, and nothing behind it.

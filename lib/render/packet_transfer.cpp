@@ -162,7 +162,7 @@ void set_cuts(const Optics& optics, double lo, double hi, PacketTransfer& table)
     // Only what the data reach: beyond, opacity may be 1.
     const double from = std::max(interval.lo, lo), to = std::min(interval.hi, hi);
     const double opacity0 = interval.opacity(from), opacity1 = interval.opacity(to);
-    if (opacity0 == 1 && opacity1 == 1) {
+    if (interval.opaque()) {
       clarity.push_back(0);
       cuts.push_back(static_cast<float>(interval.hi));
     } else {
@@ -176,6 +176,14 @@ void set_cuts(const Optics& optics, double lo, double hi, PacketTransfer& table)
       }
     }
     if (interval.hi > hi) break;
+  }
+  const auto& intervals = optics.intervals();
+  table.peaks.clear();
+  for (std::size_t k = 0; k + 1 < intervals.size(); ++k) {
+    if ((intervals[k].opacity_hi == 1 || intervals[k + 1].opacity_lo == 1) && !intervals[k].opaque() &&
+        !intervals[k + 1].opaque()) {
+      table.peaks.push_back(static_cast<float>(intervals[k].hi));
+    }
   }
   cuts.back() = std::numeric_limits<float>::infinity();
   table.cuts.assign(cuts.begin(), cuts.end());

@@ -80,6 +80,10 @@ void require_valid(const RenderOptions& options) {
   if (!(options.max_error >= 0) || !std::isfinite(options.max_error)) {
     throw Error("largest error is not a positive number");
   }
+  if (options.max_error > 0 && options.quadrature != Quadrature::split &&
+      options.quadrature != Quadrature::reference) {
+    throw Error("a bound on the error is kept by quadrature split alone");
+  }
   if (!(options.termination >= 0 && options.termination < 1)) {
     throw Error("termination: a transmittance in [0, 1) is expected");
   }
@@ -133,10 +137,14 @@ void redraw(const volume::FieldBounds& bounds, const Scene& scene, std::span<con
   const RayBox box(bounds);
   const camera::Camera camera(scene.view, bounds.centre(), bounds.longest_edge(), result.image.width,
                               result.image.height);
+  std::vector<float> samples;
   for (const PixelPosition& p : pixels) {
     result.image.at(p.x, p.y, 5) = std::numeric_limits<float>::infinity();
+    samples.push_back(result.image.at(p.x, p.y, 4));
   }
-  const Partial total = paint({box, camera, cast, result.image}, pixels);
+  Partial total = paint({box, camera, cast, result.image}, pixels);
+  total.counts.rays = 0;  // they were counted when they were cast first
+  for (std::size_t i = 0; i < pixels.size(); ++i) result.image.at(pixels[i].x, pixels[i].y, 4) += samples[i];
   result.counts += total.counts;
 }
 

@@ -69,8 +69,8 @@ RayCaster caster(const FieldView& field, PieceSource pieces, const Scene& scene,
   std::optional<BlinnPhong> shading;
   if (scene.shading) shading.emplace(*scene.shading);
   const bool headlight = scene.shading && !scene.shading->light;
-  const double brightest =
-      (shading ? shading->brightest() : Lit{})(Vec3::Constant(optics->brightest())).maxCoeff();
+  const double lit = (shading ? shading->brightest() : Lit{})(Vec3::Constant(optics->brightest())).maxCoeff();
+  const double brightest = std::max(lit, scene.background.maxCoeff());
   return [=, pieces = std::move(pieces), tolerance = options.tolerance](
              const camera::Ray& ray, const Chord& chord, RenderCounts& counts) {
     ReferenceIntegral::Light light;

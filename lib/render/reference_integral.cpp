@@ -100,7 +100,7 @@ void ReferenceIntegral::integrate(const RayPiece& piece, const OpticsInterval& o
   const double error = transmittance_ * (panel.error_emission + std::min(1.0, panel.error_depth) * behind);
   // Below a few ulp of what the ray gathers, estimates are rounding; 48 halvings exhaust the digits of u.
   const double rounding = 4e-16 * transmittance_ * brightest_ * std::min(1.0, panel.depth);
-  if (error <= std::max(tolerance, rounding) || depth >= 48) {
+  if (!(error > std::max(tolerance, rounding)) || depth >= 48) {  // NaN too: it is told by the estimate
     accept(piece, optics, u0, u1, panel, error);
     return;
   }

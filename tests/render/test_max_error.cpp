@@ -120,6 +120,103 @@ TEST(MaxError, HoldsOpacityOne) {
   }
 }
 
+/// f = x z on one cell, seen along a diagonal on which it falls to 0 and rises again within the cell.
+template <class T>
+volume::Volume saddle(double scale) {
+  volume::GridGeometry g;
+  g.dims = {2, 2, 2};
+  volume::Grid<T> grid{g, Buffer<T>(8, T{0})};
+  for (std::int64_t j = 0; j < 2; ++j) grid(1, j, 1) = static_cast<T>(scale);
+  return {std::move(grid), {}};
+}
+
+Scene along_the_saddle(std::vector<transfer::ColourPoint> colours,
+                       std::vector<transfer::OpacityPoint> opacities) {
+  Scene scene;
+  scene.view.azimuth = -135;
+  scene.transfer = {std::move(colours), std::move(opacities)};
+  return scene;
+}
+
+/// A cut just beside a turn of the cubic, in values of any size.
+TEST(MaxError, FindsCutsBesideATurn) {
+  for (const double scale : {1.0, 1e30, 1e-30}) {
+    for (const double cut : {1e-6, 1e-4, 1e-2}) {
+      const Scene scene =
+          along_the_saddle({{0, {1, 0.5, 0.2}}}, {{0, 0}, {cut * scale, 0}, {cut * scale, 0.5}});
+      EXPECT_LE(errors_within(saddle<float>(scale), scene, 1e-3).largest, 1e-3) << scale << " " << cut;
+    }
+  }
+}
+
+/// An opaque set entered from above, where the colour jumps: its own side of the jump is seen.
+TEST(MaxError, EntersOpaqueSetsFromBothSides) {
+  const std::vector<transfer::ColourPoint> colours{
+      {0, {1, 0, 0}}, {0.5, {1, 0, 0}}, {0.5, {0, 0, 1}}, {1, {0, 0, 1}}};
+  for (const bool below : {true, false}) {
+    const double low = below ? 1 : 0, high = below ? 0 : 1;
+    const Scene scene = along_the_saddle(colours, {{0, low}, {0.5, low}, {0.5, high}, {1, high}});
+    EXPECT_LE(errors_within(saddle<float>(1), scene, 1e-2).largest, 1e-2) << below;
+  }
+}
+
+/// Where the opacity touches 1 at one value alone, cells constant at that value are opaque whatever their
+/// length.
+TEST(MaxError, PlateausAtAPeakAreOpaque) {
+  volume::Volume v = packet_volume<std::uint8_t>(255);
+  for (auto& voxel : std::get<volume::Grid<std::uint8_t>>(v.grid).voxels)
+    voxel = std::min<std::uint8_t>(voxel, 120);
+  Scene scene = packet_scene(255);
+  scene.transfer = {{{0, {0.1, 0.2, 0.9}}, {255, {1, 0.8, 0.3}}}, {{60, 0}, {120, 1}, {255, 0}}};
+  scene.reference_length = 30;
+  EXPECT_LE(errors_within(v, scene, 1e-3).largest, 1e-3);
+}
+
+/// Dim light leaves alpha's errors as they are, and a bright background shows them.
+TEST(MaxError, CountsAlphaAndTheBackground) {
+  const volume::Volume v = packet_volume<float>(1);
+  Scene scene = packet_scene(1, 0.4);
+  scene.shading = Shading{.ambient = 0.1, .diffuse = 0.1, .specular = 0, .exponent = 1, .light = {}};
+  scene.background = {10, 10, 10};
+  RenderOptions options = small_picture();
+  options.max_error = 0.1;
+  const RenderResult picture = raycast_within_error(PacketVolume(v), scene, options);
+  options.max_error = 0;
+  options.tolerance = 1e-6;
+  const RenderResult truth = raycast_reference(v, scene, options);
+  for (int y = 0; y < options.height; ++y) {
+    for (int x = 0; x < options.width; ++x) {
+      const auto shown = [&](const RenderResult& r) {
+        return double(r.image.at(x, y, 0)) + (1 - double(r.image.at(x, y, 3))) * 10;
+      };
+      EXPECT_LE(std::abs(shown(picture) - shown(truth)), 0.1);
+    }
+  }
+}
+
+/// A medium so dense that light falls by half in a thousandth of a cell: no packet's loop may be caught in
+/// it.
+TEST(MaxError, EndsInAMediumOfAnyDensity) {
+  const volume::Volume v = packet_volume<std::uint8_t>(255, {5, 6, 4});
+  for (const double length : {1e-3, 1e-8}) {
+    Scene scene = packet_scene(255, 0.9);
+    scene.reference_length = length;
+    EXPECT_LE(errors_within(v, scene, 1e-2).largest, 1e-2) << length;
+  }
+}
+
+/// X-rays and maxima are the reference's; their bound is relative to the largest value.
+TEST(MaxError, IsRelativeForSumsAndMaxima) {
+  const volume::Volume v = packet_volume<std::uint8_t>(255);
+  for (const Model model : {Model::xray, Model::mip}) {
+    Scene scene = packet_scene(255);
+    scene.model = model;
+    RenderOptions options = small_picture();
+    options.max_error = 1e-2;
+    EXPECT_LE(raycast_within_error(PacketVolume(v, false), scene, options).error_estimate, 1e-2);
+  }
+}
+
 /// Below float's own rounding the reference takes over; a bound that even it cannot keep is told by the
 /// estimate.
 TEST(MaxError, GoesBeyondSinglePrecision) {
