@@ -80,8 +80,7 @@ def contenders(runs, targets, count):
     return chosen
 
 
-def repeats(seconds):
-    return 3 if seconds < 0.05 else 2 if seconds < 0.4 else 1
+REPEATS = 2  # of every setting alike: the first run also pays for memory that is touched for the first time
 
 
 def time_them(caster, asked, runs, log):
@@ -93,7 +92,7 @@ def time_them(caster, asked, runs, log):
             best = {name: statistics.median(t) for name, t in next(iter(times.values())).items()}
             again = [r | {"seconds": best[n]} for n, r in chosen.items()]
             chosen = contenders(again, asked["targets"], 1)
-        run_one = {name: lambda r=run: caster.seconds(r["options"], threads, repeats(r["seconds"]))
+        run_one = {name: lambda r=run: caster.seconds(r["options"], threads, REPEATS)
                    for name, run in chosen.items()}
         times[str(threads)] = rounds.interleaved(run_one, asked["rounds"])
         log(f"{len(chosen)} settings timed at {threads} threads, {asked['rounds']} rounds")

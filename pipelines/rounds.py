@@ -30,6 +30,8 @@ def interval(values):
     """(median, low, high): the 95 % interval of the median by order statistics; of 9 values the second and the eighth."""
     ordered = sorted(values)
     n = len(ordered)
+    if n < 6:  # no 95 % interval
+        return statistics.median(ordered), statistics.median(ordered), statistics.median(ordered)
     outside, cut = 0.5 ** n, 0  # P(fewer than cut + 1 of n lie below the median)
     while cut + 1 < n / 2 and outside + math.comb(n, cut + 1) * 0.5 ** n <= 0.025:
         cut += 1
@@ -44,4 +46,6 @@ def ratio(slow, fast):
 
 def shown(found):
     median, low, high = found
+    if low == high:
+        return f"{median:.2f}"
     return f"{median:.2f} ({low:.2f} to {high:.2f})"

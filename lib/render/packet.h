@@ -60,8 +60,8 @@ class PacketVolume {
 /// that keeps 1e-6 of their range. What the packets do not cover is passed to raycast_plain (split:
 /// raycast_split_plain): Catmull-Rom and B-spline reconstruction, more than 32767 nodes on a ray, volumes of
 /// 2^31 samples (f32) or bytes or more, transfer functions with more than one point in 1/65536 of the data's
-/// range; for preintegrated and split also opacity 1 and segments (split: cells) that light passes with less
-/// than 2^-64; for split also nearest, xray, mip and an axis of one sample.
+/// range; for preintegrated also opacity 1 and segments that light passes with less than 2^-64; for split
+/// media that halve light within 1/1024 of a cell, nearest, xray, mip and an axis of one sample.
 ///
 /// \throws vol::Error as raycast_plain does; also for split with an index
 [[nodiscard]] RenderResult raycast_packet(const PacketVolume& volume, const Scene& scene,

@@ -20,8 +20,8 @@ namespace vol::render {
 /// wherever 1 - opacity has changed by a factor of 1.5, so that three Gauss nodes integrate the extinction of
 /// a piece to 1e-6 of itself.
 ///
-/// \returns false when two transfer-function points share a bucket even in the finest table, and for these
-/// two
+/// \returns false when two transfer-function points share a bucket even in the finest table, and for
+/// preintegrated
 ///          where opacity 1 occurs
 [[nodiscard]] bool tabulate(const Optics& optics, const index::Macrocells::Range& range, bool integral,
                             double steps, PacketRule rule, PacketTransfer& table);
