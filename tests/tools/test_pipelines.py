@@ -64,7 +64,7 @@ class Rounds(unittest.TestCase):
     def test_interval_of_the_median(self):
         # 95 % of 9 values: ranks 2 and 8 (they hold the median with 96 %, ranks 3 and 7 with 82 %); of 5 not even the ends do.
         self.assertEqual(rounds.interval([3, 9, 1, 7, 5, 2, 8, 4, 6]), (5, 2, 8))
-        self.assertEqual(rounds.interval([1, 2, 3, 4, 5]), (3, 1, 5))
+        self.assertEqual(rounds.interval([1, 2, 3, 4, 5]), (3, 3, 3))  # so none is shown
         self.assertEqual(rounds.interval(range(25))[1:], (7, 17))  # tables of the sign test
 
     def test_ratio_is_taken_round_by_round(self):
