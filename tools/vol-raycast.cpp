@@ -10,6 +10,7 @@
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/volume_input.h"
+#include "image/difference.h"
 #include "index/build_index.h"
 #include "index/classify.h"
 #include "io/index.h"
@@ -26,7 +27,7 @@ using namespace vol;
 
 struct Options {
   cli::VolumeInput input;
-  std::filesystem::path output, scene, index, index_output;
+  std::filesystem::path output, scene, index, index_output, samples_output;
   double epsilon = 0.016;
   std::string format, view, size = "512x512", model, quadrature, step, reconstruction, algorithm = "packet";
   std::optional<double> width, fov;
@@ -42,6 +43,10 @@ void declare(CLI::App& app, Options& o) {
       ->required()
       ->group("Files");
   app.add_option("--format", o.format, "exr or png [by extension; exr]")->group("Files");
+  app.add_option(
+         "--samples-output", o.samples_output,
+         "A second picture, in false colours: samples per pixel, black 0, light yellow the most (.png, .exr)")
+      ->group("Files");
   app.add_option("--scene", o.scene, "Scene (YAML); without it a grey ramp over the volume's range")
       ->group("Files");
   app.add_option(
@@ -228,8 +233,25 @@ void report(const render::RenderResult& result, const Options& o, cli::Record& r
   }
 }
 
+/// Where the work went: the channel `samples` in false colours, the largest as the colour scale's end.
+void write_samples(const image::Image& picture, const Options& o, cli::Record& record) {
+  image::Image samples(picture.width, picture.height, {"samples"});
+  const int channel = picture.channel("samples").value();
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) samples.at(x, y, 0) = picture.at(x, y, channel);
+  }
+  const double most = image::largest_magnitude(samples);
+  image::Image shown = image::false_colour(samples, most > 0 ? most : 1, image::DifferenceKind::absolute);
+  shown.attributes = picture.attributes;
+  shown.attributes["precis.samples_scale"] = nlohmann::json(most).dump();
+  record.timed("write", [&] { io::write_image(o.samples_output, shown); });
+  record.result("samples_largest", most);
+  record.output(o.samples_output);
+}
+
 int work(Options& o, cli::Record& record) {
   io::require_image_format(o.output, o.format);
+  if (!o.samples_output.empty()) io::require_image_format(o.samples_output);
   io::SceneFile file = resolve(o);  // wrong words are answered before a large file is read
   if (!o.scene.empty()) record.input(o.scene);
   const volume::Volume volume = cli::load(o.input, record);
@@ -283,6 +305,7 @@ int work(Options& o, cli::Record& record) {
   const Vec3& b = scene.background;
   result.image.attributes["precis.background"] = nlohmann::json{b[0], b[1], b[2]}.dump();
   record.timed("write", [&] { io::write_image(o.output, result.image, o.format, {b[0], b[1], b[2]}); });
+  if (!o.samples_output.empty()) write_samples(result.image, o, record);
   if (!o.index_output.empty()) {
     record.timed("write",
                  [&] { io::write_index(o.index_output, *index, volume.geometry(), record.provenance()); });
