@@ -213,6 +213,7 @@ index::IndexVolume index_of_scene(const volume::Volume& volume, const render::Sc
 }
 
 void report(const render::RenderResult& result, const Options& o, cli::Record& record) {
+  record.result("caster", result.caster);
   record.count("rays", result.counts.rays);
   record.count("samples", result.counts.samples);
   record.count("gradients", result.counts.gradients);

@@ -259,7 +259,7 @@ RenderResult cast_covered(const PacketVolume& prepared, const Scene& scene, cons
   const camera::Camera camera(scene.view, bounds.centre(), bounds.longest_edge(), options.width,
                               options.height);
   const PacketRayMaker maker(geometry, box, camera, options.step, index);
-  RenderResult result{blank_image(options), {}, std::numeric_limits<double>::quiet_NaN()};
+  RenderResult result{blank_image(options), {}, std::numeric_limits<double>::quiet_NaN(), "packets"};
   result.counts = cast_picture({job, maker, scene, options, result.image});
   return result;
 }

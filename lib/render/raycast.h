@@ -19,6 +19,8 @@ struct RenderResult {
   RenderCounts counts;
   /// Reference only: estimate of the largest absolute error of a channel of a pixel. NaN where none is known.
   double error_estimate = 0;
+  /// What cast the rays: "plain" (double, scalar), "packets" (float, SIMD) or "reference".
+  const char* caster = "plain";
 };
 
 /// The plain ray caster: scalar, double, one ray after the other; the oracle of the fast ones.

@@ -109,7 +109,9 @@ RayCaster reference_caster(const volume::Volume& volume, const Scene& scene, con
 }
 
 RenderResult raycast_reference(const FieldView& field, const Scene& scene, const RenderOptions& options) {
-  return draw(field.bounds, scene, options, reference_caster(field, scene, options));
+  RenderResult result = draw(field.bounds, scene, options, reference_caster(field, scene, options));
+  result.caster = "reference";
+  return result;
 }
 
 RenderResult raycast_split_plain(const volume::Volume& volume, const Scene& scene,
@@ -121,8 +123,10 @@ RenderResult raycast_split_plain(const volume::Volume& volume, const Scene& scen
 
 RenderResult raycast_reference(const volume::Volume& volume, const Scene& scene,
                                const RenderOptions& options) {
-  return draw(volume::field_bounds(volume.geometry()), scene, options,
-              reference_caster(volume, scene, options));
+  RenderResult result =
+      draw(volume::field_bounds(volume.geometry()), scene, options, reference_caster(volume, scene, options));
+  result.caster = "reference";
+  return result;
 }
 
 }  // namespace vol::render
