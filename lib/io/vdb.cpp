@@ -1,9 +1,6 @@
-// The one translation unit that sees OpenVDB: its headers take half a minute to compile.
 #include "io/vdb.h"
 
-#include <openvdb/io/Stream.h>
-#include <openvdb/openvdb.h>
-#include <openvdb/tools/Dense.h>
+#include <dlfcn.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,6 +11,7 @@
 #include "base/error.h"
 #include "io/vdb_bytes.h"
 #include "io/vdb_metadata.h"
+#include "io/vdb_module.h"
 #include "io/vdb_structure.h"
 
 namespace vol::io {
@@ -38,12 +36,18 @@ void require_memory(std::int64_t bytes, std::int64_t limit, const std::string& w
   }
 }
 
-void initialize() {
-  static const bool done = [] {
-    openvdb::initialize();
-    return true;
+/// OpenVDB, loaded on first use. Never closed: its types register themselves in ways that do not survive it.
+const VdbModule& openvdb_module() {
+  static const VdbModule loaded = [] {
+    void* const library = ::dlopen(kVdbModule, RTLD_NOW | RTLD_LOCAL);
+    if (library == nullptr) throw Error(std::string("OpenVDB cannot be loaded: ") + ::dlerror());
+    const auto fill = reinterpret_cast<FillVdbModule>(::dlsym(library, kVdbEntry));
+    if (fill == nullptr) throw Error(std::string(kVdbModule) + " is not of this build: " + ::dlerror());
+    VdbModule module;
+    fill(&module);
+    return module;
   }();
-  (void)done;
+  return loaded;
 }
 
 /// Runs work on a file; every failure becomes one line that names it.
@@ -64,7 +68,7 @@ auto guarded(const std::string& name, Work&& work) {
 }
 
 struct Archive {
-  openvdb::GridPtrVec grids;
+  std::unique_ptr<VdbArchive> grids;
   Metadata metadata;  // the string ones of the file
 };
 
@@ -74,101 +78,69 @@ Archive read_archive(InputFile& file, std::int64_t limit) {
   if (!is_intact(bytes))
     throw Error("OpenVDB data end early or are damaged: their content does not match their id");
   check_vdb_structure(bytes);
-  initialize();
-  MemoryInput source(bytes);
-  std::istream in(&source);
-  in.exceptions(std::ios::failbit | std::ios::badbit |
-                std::ios::eofbit);  // OpenVDB itself reads on past the end
-  openvdb::io::Stream stream(in, false);
-  Archive archive;
-  if (const auto grids = stream.getGrids()) archive.grids = *grids;
-  if (const auto metadata = stream.getMetadata()) {
-    for (auto it = metadata->beginMeta(); it != metadata->endMeta(); ++it) {
-      if (it->second && it->second->typeName() == openvdb::StringMetadata::staticTypeName()) {
-        archive.metadata[it->first] = static_cast<const openvdb::StringMetadata&>(*it->second).value();
-      }
-    }
-  }
-  std::erase(archive.grids, nullptr);
+  Archive archive{openvdb_module().read(bytes), {}};
+  archive.metadata = archive.grids->metadata();
   return archive;
 }
 
-void write_archive(const std::filesystem::path& path, const openvdb::GridPtrVec& grids,
-                   const Metadata& metadata) {
-  openvdb::MetaMap meta;
-  for (const auto& [key, value] : metadata) meta.insertMeta(key, openvdb::StringMetadata(value));
-  MemoryOutput sink;
-  std::ostream to(&sink);
-  openvdb::io::Stream stream(to);
-  stream.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
-  stream.write(grids, meta);
-  set_content_id(sink.bytes);
+void write_archive(const std::filesystem::path& path, const VdbGrids& grids, const Metadata& metadata) {
+  std::string bytes = grids.file(metadata);
+  set_content_id(bytes);
   OutputFile out(path);
-  out.write(sink.bytes);
+  out.write(bytes);
   out.commit();
 }
 
-/// Index to world as OpenVDB wants it: row vectors, p' = p M. A matrix so small that OpenVDB takes it for
-/// singular is left out: the metadata hold the geometry.
-openvdb::math::Transform::Ptr transform_of(const GridGeometry& g) {
+VdbMatrix matrix_of(const GridGeometry& g) {
   const Mat3 axes = g.direction * g.spacing.asDiagonal();
-  openvdb::Mat4R m = openvdb::Mat4R::identity();
+  VdbMatrix m{};
   for (int axis = 0; axis < 3; ++axis) {
-    for (int c = 0; c < 3; ++c) m[axis][c] = axes(c, axis);
-    m[3][axis] = g.origin[axis];
+    const auto row = static_cast<std::size_t>(axis);
+    for (int c = 0; c < 3; ++c) m[row][static_cast<std::size_t>(c)] = axes(c, axis);
+    m[3][row] = g.origin[axis];
   }
-  try {
-    return openvdb::math::Transform::createLinearTransform(m);
-  } catch (const openvdb::Exception&) {
-    return openvdb::math::Transform::createLinearTransform(1.0);
-  }
+  m[3][3] = 1;
+  return m;
 }
 
-openvdb::CoordBBox box_of(const std::array<std::int64_t, 3>& lower, const Dims& dims) {
-  openvdb::CoordBBox box;
-  for (int a = 0; a < 3; ++a) {
-    const std::int64_t upper = lower[a] + dims[a] - 1;
+VdbBox box_of(const std::array<std::int64_t, 3>& lower, const Dims& dims) {
+  VdbBox box;
+  for (std::size_t a = 0; a < 3; ++a) {
     if (std::abs(lower[a]) > kLargestCoordinate / 2 || dims[a] > kLargestCoordinate / 2) {
       throw Error("an axis of " + std::to_string(dims[a]) + " is more than an OpenVDB grid holds");
     }
-    box.min()[a] = static_cast<std::int32_t>(lower[a]);
-    box.max()[a] = static_cast<std::int32_t>(upper);
+    box.lower[a] = static_cast<std::int32_t>(lower[a]);
+    box.upper[a] = static_cast<std::int32_t>(lower[a] + dims[a] - 1);
   }
   return box;
 }
 
-template <class T>
-using GridOf = std::conditional_t<std::is_same_v<T, float>, openvdb::FloatGrid, openvdb::DoubleGrid>;
-template <class T>
-using DenseOf = openvdb::tools::Dense<T, openvdb::tools::LayoutXYZ>;
-
-/// The samples as a sparse grid; zeros are background.
-template <class T>
-openvdb::GridBase::Ptr sparse(const Buffer<T>& samples, const openvdb::CoordBBox& box,
-                              const std::string& name) {
-  auto grid = GridOf<T>::create(T{0});
-  const DenseOf<T> dense(box, const_cast<T*>(samples.data()));
-  openvdb::tools::copyFromDense(dense, *grid, T{0});
-  grid->setName(name);
-  return grid;
+bool is_inside(const VdbBox& inner, const VdbBox& outer) {
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (inner.lower[a] < outer.lower[a] || inner.upper[a] > outer.upper[a]) return false;
+  }
+  return true;
 }
+
+template <class T>
+constexpr std::string_view kValueType = std::is_same_v<T, float> ? "float" : "double";
 
 /// The box of a grid, dense, into `to`; throws where active voxels lie outside it.
 template <class T>
-void densify(const GridOf<T>& grid, const openvdb::CoordBBox& box, Buffer<T>& to) {
-  openvdb::CoordBBox active = grid.evalActiveVoxelBoundingBox();
-  if (!active.empty() && !box.isInside(active)) {
-    throw Error("grid '" + grid.getName() + "' has voxels outside the dims of its metadata");
+void densify(const VdbArchive& archive, std::size_t grid, const VdbBox& box, Buffer<T>& to) {
+  const VdbBox active = archive.active_box(grid);
+  if (!active.empty() && !is_inside(active, box)) {
+    throw Error("grid '" + archive.name(grid) + "' has voxels outside the dims of its metadata");
   }
-  DenseOf<T> dense(box, to.data());
-  openvdb::tools::copyToDense(grid, dense);
+  archive.densify(grid, box, to.data());
 }
 
 template <class T>
-Volume dense_volume(const GridOf<T>& grid, const GridGeometry& geometry, const openvdb::CoordBBox& box) {
+Volume dense_volume(const VdbArchive& archive, std::size_t grid, const GridGeometry& geometry,
+                    const VdbBox& box) {
   Volume volume;
   Grid<T> dense{geometry, Buffer<T>(static_cast<std::size_t>(geometry.count()))};
-  densify<T>(grid, box, dense.voxels);
+  densify<T>(archive, grid, box, dense.voxels);
   volume.grid = std::move(dense);
   return volume;
 }
@@ -182,15 +154,14 @@ Volume as_type(Volume&& volume, VoxelType type) {
   });
 }
 
-bool is_scalar(const openvdb::GridBase& grid) {
-  return grid.isType<openvdb::FloatGrid>() || grid.isType<openvdb::DoubleGrid>();
-}
-
-const openvdb::GridBase& chosen(const Archive& archive, const std::string& array) {
+/// The number of the grid to read.
+std::size_t chosen(const VdbArchive& archive, const std::string& array) {
   std::string names;
-  for (const auto& grid : archive.grids) {
-    if (is_scalar(*grid) && (array.empty() || grid->getName() == array)) return *grid;
-    names += (names.empty() ? "" : ", ") + grid->getName() + " (" + grid->valueType() + ")";
+  for (std::size_t n = 0; n < archive.grid_count(); ++n) {
+    const std::string type = archive.value_type(n);
+    const bool is_scalar = type == kValueType<float> || type == kValueType<double>;
+    if (is_scalar && (array.empty() || archive.name(n) == array)) return n;
+    names += (names.empty() ? "" : ", ") + archive.name(n) + " (" + type + ")";
   }
   throw Error(
       (array.empty() ? std::string("no float or double grid") : "no float or double grid '" + array + "'") +
@@ -198,42 +169,43 @@ const openvdb::GridBase& chosen(const Archive& archive, const std::string& array
 }
 
 /// Where the voxels of a foreign grid lie: its box of active voxels under its linear transform.
-GridGeometry foreign_geometry(const openvdb::GridBase& grid, const openvdb::CoordBBox& box) {
-  if (!grid.transform().isLinear())
-    throw Error("grid '" + grid.getName() + "' has a transform that is not linear");
-  const openvdb::Mat4R m = grid.transform().baseMap()->getAffineMap()->getMat4();
+GridGeometry foreign_geometry(const VdbArchive& archive, std::size_t grid, const VdbBox& box) {
+  const auto m = archive.index_to_world(grid);
+  if (!m) throw Error("grid '" + archive.name(grid) + "' has a transform that is not linear");
   GridGeometry g;
   Mat3 axes;
   for (int axis = 0; axis < 3; ++axis) {
-    g.dims[axis] = std::int64_t{box.max()[axis]} - box.min()[axis] + 1;
-    for (int c = 0; c < 3; ++c) axes(c, axis) = m[axis][c];
+    const auto row = static_cast<std::size_t>(axis);
+    g.dims[row] = std::int64_t{box.upper[row]} - box.lower[row] + 1;
+    for (int c = 0; c < 3; ++c) axes(c, axis) = (*m)[row][static_cast<std::size_t>(c)];
     g.spacing[axis] = axes.col(axis).norm();
     g.direction.col(axis) = axes.col(axis) / g.spacing[axis];
-    g.origin[axis] = m[3][axis];
+    g.origin[axis] = (*m)[3][row];
   }
-  g.origin += axes * Vec3(box.min()[0], box.min()[1], box.min()[2]);
+  g.origin += axes * Vec3(box.lower[0], box.lower[1], box.lower[2]);
   g.validate();
   return g;
 }
 
-Volume volume_from(const Archive& archive, const VdbOptions& options) {
-  const auto content = archive.metadata.find(kContentKey);
-  if (content != archive.metadata.end() && content->second == "coefficients") {
+Volume volume_from(const Archive& read, const VdbOptions& options) {
+  const VdbArchive& archive = *read.grids;
+  const auto content = read.metadata.find(kContentKey);
+  if (content != read.metadata.end() && content->second == "coefficients") {
     throw Error("holds wavelet coefficients; use vol-dwt --inverse");
   }
-  const openvdb::GridBase& base = chosen(archive, options.array);
-  const bool own = content != archive.metadata.end() && content->second == "volume";
-  openvdb::CoordBBox box = base.evalActiveVoxelBoundingBox();
-  if (!own && box.empty()) throw Error("grid '" + base.getName() + "' has no active voxels");
-  const GridGeometry geometry = own ? geometry_from(archive.metadata) : foreign_geometry(base, box);
+  const std::size_t grid = chosen(archive, options.array);
+  const bool is_float = archive.value_type(grid) == kValueType<float>;
+  const bool own = content != read.metadata.end() && content->second == "volume";
+  VdbBox box = archive.active_box(grid);
+  if (!own && box.empty()) throw Error("grid '" + archive.name(grid) + "' has no active voxels");
+  const GridGeometry geometry = own ? geometry_from(read.metadata) : foreign_geometry(archive, grid, box);
   if (own) box = box_of({0, 0, 0}, geometry.dims);
-  require_memory(checked_product(checked_count(geometry.dims), base.isType<openvdb::FloatGrid>() ? 4 : 8),
-                 options.memory_limit, "the dense box of grid '" + base.getName() + "'");
-  Volume volume = base.isType<openvdb::FloatGrid>()
-                      ? dense_volume<float>(static_cast<const openvdb::FloatGrid&>(base), geometry, box)
-                      : dense_volume<double>(static_cast<const openvdb::DoubleGrid&>(base), geometry, box);
-  if (own) volume = as_type(std::move(volume), voxel_type_from(archive.metadata));
-  for (const auto& [key, value] : archive.metadata) {
+  require_memory(checked_product(checked_count(geometry.dims), is_float ? 4 : 8), options.memory_limit,
+                 "the dense box of grid '" + archive.name(grid) + "'");
+  Volume volume = is_float ? dense_volume<float>(archive, grid, geometry, box)
+                           : dense_volume<double>(archive, grid, geometry, box);
+  if (own) volume = as_type(std::move(volume), voxel_type_from(read.metadata));
+  for (const auto& [key, value] : read.metadata) {
     if (!is_own_key(key)) volume.attributes[key] = value;
   }
   return volume;
@@ -243,19 +215,19 @@ template <class T>
 void write_decomposition(const std::filesystem::path& path, const wavelet::Decomposition<T>& decomposition,
                          const Attributes& attributes) {
   guarded(output_name(path), [&] {
-    initialize();
     Metadata metadata = attributes;
     put_decomposition(metadata, decomposition);
-    openvdb::GridPtrVec grids;
+    const auto grids = openvdb_module().grids();
     for (const auto& s : decomposition.subbands) {
       const auto finite = [](T c) { return std::isfinite(c); };
       if (!std::all_of(s.coefficients.begin(), s.coefficients.end(), finite)) {
         throw Error("subband " + subband_name(s.level, s.orientation) +
                     " has coefficients that are NaN or infinite");
       }
-      grids.push_back(sparse(s.coefficients, box_of(s.lower, s.dims), subband_name(s.level, s.orientation)));
+      grids->add(subband_name(s.level, s.orientation), box_of(s.lower, s.dims), s.coefficients.data(),
+                 nullptr);
     }
-    write_archive(path, grids, metadata);
+    write_archive(path, *grids, metadata);
   });
 }
 
@@ -272,11 +244,11 @@ wavelet::Decomposition<T> dense_decomposition(const Archive& archive, std::int64
   for (auto& s : d.subbands) {
     s.coefficients.assign(static_cast<std::size_t>(checked_count(s.dims)), T{0});
     const std::string name = subband_name(s.level, s.orientation);
-    for (const auto& grid : archive.grids) {
-      if (grid->getName() != name) continue;
-      if (!grid->isType<GridOf<T>>())
+    for (std::size_t n = 0; n < archive.grids->grid_count(); ++n) {
+      if (archive.grids->name(n) != name) continue;
+      if (archive.grids->value_type(n) != kValueType<T>)
         throw Error("grid '" + name + "' has another value type than the first");
-      densify<T>(static_cast<const GridOf<T>&>(*grid), box_of(s.lower, s.dims), s.coefficients);
+      densify<T>(*archive.grids, n, box_of(s.lower, s.dims), s.coefficients);
     }
   }
   return d;
@@ -302,27 +274,26 @@ volume::Volume read_vdb_volume(InputFile& file, const VdbOptions& options) {
 
 void write_vdb_volume(const std::filesystem::path& path, const volume::Volume& volume) {
   guarded(output_name(path), [&] {
-    initialize();
     const VoxelType type = volume.voxel_type();
     const GridGeometry& geometry = volume.geometry();
     Metadata metadata = volume.attributes;
     metadata[kContentKey] = "volume";
     put_volume(metadata, geometry, type, volume::value_range(volume));
     const auto box = box_of({0, 0, 0}, geometry.dims);
+    const VdbMatrix matrix = matrix_of(geometry);
+    const auto grids = openvdb_module().grids();
+    const auto add = [&](const auto& samples) { grids->add("density", box, samples.data(), &matrix); };
     const bool wide = type == VoxelType::i32 || type == VoxelType::u32 || type == VoxelType::f64;
-    openvdb::GridBase::Ptr grid;
     if (const auto* f32 = std::get_if<Grid<float>>(&volume.grid)) {
-      grid = sparse(f32->voxels, box, "density");
+      add(f32->voxels);
     } else if (const auto* f64 = std::get_if<Grid<double>>(&volume.grid)) {
-      grid = sparse(f64->voxels, box, "density");
+      add(f64->voxels);
     } else if (wide) {
-      grid = sparse(volume::converted<double>(volume).voxels, box, "density");
+      add(volume::converted<double>(volume).voxels);
     } else {
-      grid = sparse(volume::converted<float>(volume).voxels, box, "density");
+      add(volume::converted<float>(volume).voxels);
     }
-    grid->setTransform(transform_of(geometry));
-    grid->setGridClass(openvdb::GRID_FOG_VOLUME);
-    write_archive(path, {grid}, metadata);
+    write_archive(path, *grids, metadata);
   });
 }
 
@@ -344,7 +315,7 @@ Coefficients read_coefficients(InputFile& file, std::int64_t memory_limit) {
       throw Error("holds no wavelet coefficients; make them with vol-dwt");
     }
     Coefficients result;
-    const bool wide = !archive.grids.empty() && archive.grids.front()->isType<openvdb::DoubleGrid>();
+    const bool wide = archive.grids->grid_count() > 0 && archive.grids->value_type(0) == kValueType<double>;
     if (wide) {
       result.decomposition = dense_decomposition<double>(archive, memory_limit);
     } else {

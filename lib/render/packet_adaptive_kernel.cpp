@@ -1,9 +1,8 @@
 // The split kernel whose pieces keep a bound on the error: as packet_split_kernel.cpp, apart from it so that
 // both compile at once.
 #include "render/packet_job.h"
-
-#undef HWY_DISABLED_TARGETS
-#define HWY_DISABLED_TARGETS HWY_SSSE3  // as in packet_kernel.cpp
+// The targets come before Highway:
+#include "render/packet_targets.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "render/packet_adaptive_kernel.cpp"
 #include <hwy/foreach_target.h>

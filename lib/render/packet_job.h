@@ -112,6 +112,8 @@ struct PacketPixels {
 /// Lanes of a packet on this machine: 16, 8, 4 or 1.
 [[nodiscard]] int packet_lanes();
 [[nodiscard]] const char* packet_instruction_set();  // declared in packet.h too
+/// The instruction sets that the kernels were compiled for, as Highway's bits.
+[[nodiscard]] std::int64_t packet_targets();
 void cast_composite(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 void cast_split(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 void cast_adaptive(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);

@@ -1,8 +1,7 @@
 // The packet kernels, compiled once for each instruction set and chosen when the program runs.
 #include "render/packet_job.h"
-
-#undef HWY_DISABLED_TARGETS
-#define HWY_DISABLED_TARGETS HWY_SSSE3  // machines with SSSE3 but not SSE4.1 take the one-lane code
+// The targets come before Highway:
+#include "render/packet_targets.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "render/packet_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -108,6 +107,9 @@ HWY_EXPORT(mip_any);
 
 int packet_lanes() {
   return HWY_DYNAMIC_DISPATCH(lanes)();
+}
+std::int64_t packet_targets() {
+  return HWY_TARGETS;
 }
 const char* packet_instruction_set() {
   return HWY_DYNAMIC_DISPATCH(target_name)();

@@ -1,5 +1,4 @@
 #include <gtest/gtest.h>
-#include <hwy/highway.h>
 
 #include <cmath>
 #include <string>
@@ -7,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "instruction_sets.h"
 #include "packet_oracle.h"
 
 namespace vol::render {
@@ -189,18 +189,13 @@ TEST_P(PacketRule, InstructionSetsAgreeWithinTheBound) {
   scene.shading = Shading{};
   const RenderResult best = raycast_packet(v, scene, options);
   const std::string best_set = packet_instruction_set();
-  for (const std::int64_t target : {HWY_AVX2, HWY_SSE4, HWY_SCALAR}) {
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(target);
-    SCOPED_TRACE(packet_instruction_set());
+  on_every_instruction_set([&] {
     const RenderResult other = raycast_packet(v, scene, options);
     const Difference d = difference(best.image, other.image);
     EXPECT_LE(d.colour, 1.1 * packet_tolerance(100));
     EXPECT_EQ(d.samples, 0);
     EXPECT_EQ(best.counts.skipped, other.counts.skipped);
-    hwy::SetSupportedTargetsForTest(0);
-    hwy::GetChosenTarget().DeInit();
-  }
+  });
   EXPECT_EQ(best_set, packet_instruction_set());
 }
 

@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
-#include <hwy/highway.h>
 
 #include <cmath>
 #include <vector>
 
 #include "base/parallel.h"
+#include "instruction_sets.h"
 #include "packet_oracle.h"
 
 namespace vol::render {
@@ -90,14 +90,9 @@ TEST(PacketSplit, ThreadsAndInstructionSetsAgree) {
   set_thread_count(1);
   expect_same_bits(best.image, raycast_packet(v, scene, options).image, true);
   set_thread_count(0);
-  for (const std::int64_t target : {HWY_AVX2, HWY_SSE4, HWY_SCALAR}) {
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(target);
-    EXPECT_LE(difference(best.image, raycast_packet(v, scene, options).image).colour, 2 * kRounding)
-        << packet_instruction_set();
-    hwy::SetSupportedTargetsForTest(0);
-    hwy::GetChosenTarget().DeInit();
-  }
+  on_every_instruction_set([&] {
+    EXPECT_LE(difference(best.image, raycast_packet(v, scene, options).image).colour, 2 * kRounding);
+  });
 }
 
 TEST(PacketSplit, LightsByTheGradientAtEveryNode) {
