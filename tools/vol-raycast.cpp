@@ -4,6 +4,7 @@
 //   1e-8
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
@@ -172,14 +173,28 @@ io::SceneFile resolve(Options& o) {
   return file;
 }
 
-/// One picture; `prepared` for the packets, where they are asked for.
-render::RenderResult cast(const volume::Volume& volume, const render::PacketVolume* prepared,
-                          const render::Scene& scene, const Options& o, const index::IndexVolume* index) {
+/// What the packets, where they are asked for, prepare before the first picture.
+struct Prepared {
+  std::optional<render::PacketVolume> volume;
+  std::optional<render::PacketScene> scene;
+
+  Prepared(const volume::Volume& from, const render::Scene& wanted, const Options& o,
+           const index::IndexVolume* index) {
+    const bool packets = o.algorithm == "packet" || o.render.max_error > 0;
+    if (!packets || o.render.quadrature == render::Quadrature::reference) return;
+    volume.emplace(from, wanted.model == render::Model::composite);
+    if (o.render.max_error == 0) scene.emplace(*volume, wanted, o.render, index);
+  }
+};
+
+/// One picture.
+render::RenderResult cast(const volume::Volume& volume, const Prepared& prepared, const render::Scene& scene,
+                          const Options& o, const index::IndexVolume* index) {
   if (o.render.quadrature == render::Quadrature::reference) {
     return render::raycast_reference(volume, scene, o.render);
   }
-  if (o.render.max_error > 0) return render::raycast_within_error(*prepared, scene, o.render);
-  if (prepared) return render::raycast_packet(*prepared, scene, o.render, index);
+  if (o.render.max_error > 0) return render::raycast_within_error(*prepared.volume, scene, o.render);
+  if (prepared.scene) return prepared.scene->cast(scene.view);
   if (o.render.quadrature == render::Quadrature::split) {
     return render::raycast_split_plain(volume, scene, o.render);
   }
@@ -289,14 +304,10 @@ int work(Options& o, cli::Record& record) {
   record.resolved("reconstruction", render::name(o.render.reconstruction));
   if (o.render.max_error == 0) record.resolved("step_world", o.render.step);
 
-  std::optional<render::PacketVolume> prepared;
-  if ((o.algorithm == "packet" || o.render.max_error > 0) &&
-      o.render.quadrature != render::Quadrature::reference) {
-    record.timed("prepare", [&] { prepared.emplace(volume, scene.model == render::Model::composite); });
-  }
-  auto result = record.repeated("render", [&] {
-    return cast(volume, prepared ? &*prepared : nullptr, scene, o, index ? &*index : nullptr);
-  });
+  const index::IndexVolume* const guide = index ? &*index : nullptr;
+  const std::unique_ptr<const Prepared> prepared =
+      record.timed("prepare", [&] { return std::make_unique<const Prepared>(volume, scene, o, guide); });
+  auto result = record.repeated("render", [&] { return cast(volume, *prepared, scene, o, guide); });
   report(result, o, record);
   if (o.render.max_error > 0 && !(result.error_estimate <= o.render.max_error)) {
     throw Error("--max-error: an error of about " + nlohmann::json(result.error_estimate).dump() +

@@ -46,6 +46,9 @@ class Camera {
   [[nodiscard]] const Vec3& eye() const { return eye_; }  ///< eye (perspective) or target (orthographic)
   [[nodiscard]] Projection projection() const { return projection_; }
   [[nodiscard]] double width() const { return width_; }   ///< world width of the image in the target plane
+  [[nodiscard]] double distance() const { return distance_; }  ///< eye to target (perspective)
+  [[nodiscard]] int image_width() const { return image_width_; }
+  [[nodiscard]] int image_height() const { return image_height_; }
   /// Smallest t at which a ray may meet the field: 0 (the eye) for perspective, -infinity for orthographic.
   [[nodiscard]] double t_min() const;
 

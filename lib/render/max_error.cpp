@@ -55,7 +55,7 @@ RenderResult raycast_within_error(const PacketVolume& volume, const Scene& scene
   adaptive.quadrature = Quadrature::split;
   adaptive.image_step = 1;
   adaptive.tolerance = kReferenceShare * options.max_error;
-  RenderResult result = raycast_packet(volume, scene, adaptive);
+  RenderResult result = PacketScene(volume, scene, adaptive).cast(scene.view);
   if (scene.model != Model::composite) {  // the reference's already
     make_relative(result.image);
     result.error_estimate = largest_error(result.image);

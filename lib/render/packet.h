@@ -1,4 +1,5 @@
 #pragma once
+#include <memory>
 #include <optional>
 
 #include "index/index_volume.h"
@@ -31,8 +32,9 @@ class PacketVolume {
 };
 
 /// The fast ray caster: packets of rays in SIMD (AVX-512, AVX2, SSE4 or one lane, chosen when it runs), float
-/// arithmetic, threads over tiles of the image. Same semantics as its oracle, raycast_plain: same nodes, same
-/// rules, same channels. Split has no oracle of its own but the truth, raycast_reference.
+/// arithmetic, threads over tiles of the image. Everything of the scene but its view is prepared once, for
+/// any number of pictures. Same semantics as its oracle, raycast_plain: same nodes, same rules, same
+/// channels. Split has no oracle of its own but the truth, raycast_reference.
 ///
 /// What holds exactly:
 ///  - the picture and the counts do not depend on the number of threads, nor the counts on the instruction
@@ -62,12 +64,31 @@ class PacketVolume {
 /// 2^31 samples (f32) or bytes or more, transfer functions with more than one point in 1/65536 of the data's
 /// range; for preintegrated also opacity 1 and segments that light passes with less than 2^-64; for split
 /// media that halve light within 1/1024 of a cell, nearest, xray, mip and an axis of one sample.
-///
-/// \throws vol::Error as raycast_plain does; also for split with an index
-[[nodiscard]] RenderResult raycast_packet(const PacketVolume& volume, const Scene& scene,
-                                          const RenderOptions& options,
-                                          const index::IndexVolume* index = nullptr);
-/// The same for a single picture.
+class PacketScene {
+ public:
+  /// Refers to the volume and the index, which must live longer. \throws vol::Error as raycast_plain does;
+  /// also for split with an index
+  PacketScene(const PacketVolume& volume, const Scene& scene, const RenderOptions& options,
+              const index::IndexVolume* index = nullptr);
+  ~PacketScene();
+  PacketScene(const PacketScene&) = delete;
+  PacketScene& operator=(const PacketScene&) = delete;
+
+  /// \throws vol::Error as camera::Camera does, and where float cannot hold a pixel
+  [[nodiscard]] RenderResult cast(const camera::View& view) const;
+
+ private:
+  struct Tables;
+  [[nodiscard]] bool set_tables(const RenderOptions& options, Tables& tables) const;
+
+  const PacketVolume& volume_;
+  Scene scene_;
+  RenderOptions options_;
+  const index::IndexVolume* index_;
+  std::unique_ptr<const Tables> tables_;  // none: what the packets do not cover
+};
+
+/// A single picture, from scene.view.
 [[nodiscard]] RenderResult raycast_packet(const volume::Volume& volume, const Scene& scene,
                                           const RenderOptions& options,
                                           const index::IndexVolume* index = nullptr);

@@ -23,6 +23,9 @@ class RayBox {
   [[nodiscard]] std::optional<Chord> chord(const camera::Ray& ray, double t_min) const;
   /// Coordinates of a world point, [0,1]^3 in the box.
   [[nodiscard]] Vec3 coordinates(const Vec3& p_world) const { return inverse_ * (p_world - corner_); }
+  [[nodiscard]] const Vec3& corner() const { return corner_; }
+  /// Displacements in the world to those in the box.
+  [[nodiscard]] const Mat3& to_box() const { return inverse_; }
 
  private:
   Vec3 corner_;

@@ -186,51 +186,72 @@ class Refinement {
     return true;
   }
 
+  /// Colour and alpha of one pixel.
+  using Colour = std::array<float, kColours>;
+  static void add(Colour& sum, float weight, const float* colour) {
+    for (std::size_t c = 0; c < kColours; ++c) sum[c] += weight * colour[c];
+  }
+
   void fill(const Cell& cell) {
     const bool surrounded = cell.w > 0 && cell.h > 0 && is_surrounded(cell);
-    const int first = surrounded ? -1 : 0, last = surrounded ? 2 : 1;
     const auto weights = [&](int at, int size) {
       const float t = size > 0 ? static_cast<float>(at) / static_cast<float>(size) : 0;
       return surrounded ? cubic(t) : linear(t);
     };
-    // Columns and rows that the next cells open are theirs.
-    const int columns = cell.x + cell.w < image_.width - 1 ? cell.w : cell.w + 1;
-    const int rows = cell.y + cell.h < image_.height - 1 ? cell.h : cell.h + 1;
-    for (int i = 0; i < std::max(columns, 1); ++i) {
-      const Weights across = weights(i, cell.w);
-      float column[4][kColours] = {};  // of the four rows, at this column
-      for (int r = first; r <= last; ++r) {
-        for (int s = first; s <= last; ++s) {
-          const float* p = pixel(cell.x + s * cell.w, cell.y + r * cell.h);
-          for (int c = 0; c < kColours; ++c)
-            column[r + 1][c] += across[static_cast<std::size_t>(s + 1)] * p[c];
-        }
+    std::array<std::array<Colour, 4>, 4>
+        around{};  // rows of columns; the outer ones 0 where they are not used
+    for (int r = surrounded ? 0 : 1; r < (surrounded ? 4 : 3); ++r) {
+      for (int c = surrounded ? 0 : 1; c < (surrounded ? 4 : 3); ++c) {
+        const float* p = pixel(cell.x + (c - 1) * cell.w, cell.y + (r - 1) * cell.h);
+        std::copy(p, p + kColours, around[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)].begin());
       }
-      for (int j = 0; j < std::max(rows, 1); ++j) {
-        const int x = cell.x + i, y = cell.y + j;
-        if (known_[offset(x, y)]) continue;
-        const Weights down = weights(j, cell.h);
-        for (int c = 0; c < kColours; ++c) {
-          float sum = 0;
-          for (int r = first; r <= last; ++r) sum += down[static_cast<std::size_t>(r + 1)] * column[r + 1][c];
-          image_.at(x, y, c) = sum;
-        }
-        image_.at(x, y, kDepthChannel) = depth(cell, i, j);
+    }
+    const Depths depths(*this, cell);
+    // Columns and rows that the next cells open are theirs.
+    const int columns = std::max(1, cell.x + cell.w < image_.width - 1 ? cell.w : cell.w + 1);
+    const int rows = std::max(1, cell.y + cell.h < image_.height - 1 ? cell.h : cell.h + 1);
+    for (int j = 0; j < rows; ++j) {
+      const Weights down = weights(j, cell.h);
+      std::array<Colour, 4> row{};  // of the four columns, at this row
+      for (std::size_t c = 0; c < 4; ++c) {
+        for (std::size_t r = 0; r < 4; ++r) add(row[c], down[r], around[r][c].data());
+      }
+      for (int i = 0; i < columns; ++i) {
+        const std::size_t at = offset(cell.x + i, cell.y + j);
+        if (known_[at]) continue;
+        const Weights across = weights(i, cell.w);
+        Colour sum{};
+        for (std::size_t c = 0; c < 4; ++c) add(sum, across[c], row[c].data());
+        float* const to = image_.pixels.data() + at * image_.channels.size();
+        std::copy(sum.begin(), sum.end(), to);
+        to[kDepthChannel] = depths.at(i, j);
       }
     }
   }
 
-  /// Bilinear where all four corners have a depth, else the nearest corner's.
-  [[nodiscard]] float depth(const Cell& cell, int i, int j) const {
-    const float u = cell.w > 0 ? static_cast<float>(i) / static_cast<float>(cell.w) : 0,
-                v = cell.h > 0 ? static_cast<float>(j) / static_cast<float>(cell.h) : 0;
-    const auto at = [&](int a, int b) {
-      return pixel(cell.x + a * cell.w, cell.y + b * cell.h)[kDepthChannel];
-    };
-    const float between =
-        (1 - v) * ((1 - u) * at(0, 0) + u * at(1, 0)) + v * ((1 - u) * at(0, 1) + u * at(1, 1));
-    return std::isfinite(between) ? between : at(2 * i > cell.w, 2 * j > cell.h);
-  }
+  /// Depth inside a cell: bilinear where all four corners have one, else the nearest corner's.
+  class Depths {
+   public:
+    Depths(const Refinement& of, const Cell& cell) : w_(cell.w), h_(cell.h) {
+      for (int b = 0; b < 2; ++b) {
+        for (int a = 0; a < 2; ++a)
+          corners_[2 * b + a] = of.pixel(cell.x + a * cell.w, cell.y + b * cell.h)[kDepthChannel];
+      }
+      bilinear_ = std::all_of(corners_, corners_ + 4, [](float depth) { return std::isfinite(depth); });
+    }
+    [[nodiscard]] float at(int i, int j) const {
+      if (!bilinear_) return corners_[2 * (2 * j > h_) + (2 * i > w_)];
+      const float u = w_ > 0 ? static_cast<float>(i) / static_cast<float>(w_) : 0,
+                  v = h_ > 0 ? static_cast<float>(j) / static_cast<float>(h_) : 0;
+      return (1 - v) * ((1 - u) * corners_[0] + u * corners_[1]) +
+             v * ((1 - u) * corners_[2] + u * corners_[3]);
+    }
+
+   private:
+    int w_, h_;
+    float corners_[4];
+    bool bilinear_;
+  };
 
   image::Image& image_;
   float tolerance_;

