@@ -183,7 +183,7 @@ struct Prepared {
     const bool packets = o.algorithm == "packet" || o.render.max_error > 0;
     if (!packets || o.render.quadrature == render::Quadrature::reference) return;
     volume.emplace(from, wanted.model == render::Model::composite);
-    if (o.render.max_error == 0) scene.emplace(*volume, wanted, o.render, index);
+    scene.emplace(*volume, wanted, o.render.max_error > 0 ? render::within_error(o.render) : o.render, index);
   }
 };
 
@@ -193,7 +193,7 @@ render::RenderResult cast(const volume::Volume& volume, const Prepared& prepared
   if (o.render.quadrature == render::Quadrature::reference) {
     return render::raycast_reference(volume, scene, o.render);
   }
-  if (o.render.max_error > 0) return render::raycast_within_error(*prepared.volume, scene, o.render);
+  if (o.render.max_error > 0) return render::cast_within_error(*prepared.scene, scene.view);
   if (prepared.scene) return prepared.scene->cast(scene.view);
   if (o.render.quadrature == render::Quadrature::split) {
     return render::raycast_split_plain(volume, scene, o.render);

@@ -48,14 +48,20 @@ void make_relative(image::Image& image) {
 
 }  // namespace
 
-RenderResult raycast_within_error(const PacketVolume& volume, const Scene& scene,
-                                  const RenderOptions& options) {
+RenderOptions within_error(const RenderOptions& options) {
   if (!(options.max_error > 0)) throw Error("the largest error must be a positive number");
   RenderOptions adaptive = options;
   adaptive.quadrature = Quadrature::split;
   adaptive.image_step = 1;
   adaptive.tolerance = kReferenceShare * options.max_error;
-  RenderResult result = PacketScene(volume, scene, adaptive).cast(scene.view);
+  return adaptive;
+}
+
+RenderResult cast_within_error(const PacketScene& prepared, const camera::View& view) {
+  const RenderOptions& options = prepared.options();
+  Scene scene = prepared.scene();
+  scene.view = view;
+  RenderResult result = prepared.cast(view);
   if (scene.model != Model::composite) {  // the reference's already
     make_relative(result.image);
     result.error_estimate = largest_error(result.image);
@@ -63,11 +69,17 @@ RenderResult raycast_within_error(const PacketVolume& volume, const Scene& scene
   }
   const std::vector<PixelPosition> above = pixels_above(result.image, options.max_error);
   if (!above.empty()) {
-    redraw(volume::field_bounds(volume.original().geometry()), scene, above,
-           reference_caster(volume.original(), scene, adaptive), result);
+    const volume::Volume& volume = prepared.volume();
+    redraw(volume::field_bounds(volume.geometry()), scene, above, reference_caster(volume, scene, options),
+           result);
   }
   result.error_estimate = largest_error(result.image);
   return result;
+}
+
+RenderResult raycast_within_error(const PacketVolume& volume, const Scene& scene,
+                                  const RenderOptions& options) {
+  return cast_within_error(PacketScene(volume, scene, within_error(options)), scene.view);
 }
 
 }  // namespace vol::render

@@ -22,4 +22,8 @@ namespace vol::render {
 [[nodiscard]] RenderResult raycast_within_error(const PacketVolume& volume, const Scene& scene,
                                                 const RenderOptions& options);
 
+/// The same in two steps, for any number of views: a scene prepared with these options, then its pictures.
+[[nodiscard]] RenderOptions within_error(const RenderOptions& options);
+[[nodiscard]] RenderResult cast_within_error(const PacketScene& scene, const camera::View& view);
+
 }  // namespace vol::render

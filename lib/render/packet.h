@@ -77,6 +77,10 @@ class PacketScene {
   /// \throws vol::Error as camera::Camera does, and where float cannot hold a pixel
   [[nodiscard]] RenderResult cast(const camera::View& view) const;
 
+  [[nodiscard]] const volume::Volume& volume() const { return volume_.original(); }
+  [[nodiscard]] const Scene& scene() const { return scene_; }
+  [[nodiscard]] const RenderOptions& options() const { return options_; }
+
  private:
   struct Tables;
   [[nodiscard]] bool set_tables(const RenderOptions& options, Tables& tables) const;
