@@ -227,7 +227,8 @@ def write(rows, settings, absent, arguments, host):
         writer.writerows(rows)
     text = (f"# Beside other ray casters\n\nA rippled ball of {asked['datasets']['ball']['edge']}^3 u8 voxels, {asked['size']} pixels,"
             f" orthographic, view {asked['azimuth']},20 and a degree\nfurther each round; grey is the value. MSE on the byte scale and largest"
-            f" error (0..1) against the reference integral; VTK's from its own\n16-bit image. VTK's time is that of its mapper alone."
+            f" error (0..1) against the reference integral; VTK's from its own\n16-bit image. VTK's time is that of its mapper alone; what only volume and transfer function decide (tables, empty space) is made"
+            " beforehand in all."
             f" Ratios: median of {asked['rounds']} interleaved rounds with its 95 % interval; above 1\nours is faster. {host}.\n"
             "In the shaded scenes their gradients are interpolated from the voxels and VTK's normals are quantised; ours are those of"
             " the\ninterpolated field. teem lights only what faces the light, VTK and Precis both sides.\n")
