@@ -1,19 +1,22 @@
 #!/usr/bin/python3
-"""VTK's CPU ray caster (vtkFixedPointVolumeRayCastMapper), asked for one frame a line:
+"""VTK's ray casters, asked for one frame a line:
 
-    vtk_worker.py VOLUME.nrrd SCENE_AS_JSON THREADS      (under xvfb-run: Debian's VTK draws only to an X display)
+    vtk_worker.py VOLUME.nrrd SCENE_AS_JSON THREADS [gpu]      (under xvfb-run: Debian's VTK draws only to an X display)
 
-Standard input: {"azimuth", "step", "save"}; standard output: {"seconds"} of the mapper alone, without drawing its image.
-`save` gets the mapper's own 16-bit image (15 bits after the point, premultiplied), as float TIFF."""
+Standard input: {"azimuth", "step", "save"}; standard output: {"seconds"}. The CPU mapper
+(vtkFixedPointVolumeRayCastMapper) is timed alone, without drawing its image, and `save` gets its own 16-bit image (15 bits
+after the point, premultiplied), as float TIFF. With `gpu` vtkGPUVolumeRayCastMapper draws, on Mesa's software renderer where
+there is no other: timed is the window's whole frame, and `save` gets its 8 bits."""
 
 import ctypes
 import json
 import math
 import sys
+import time
 
 import numpy
 import vtk
-from vtk.util.numpy_support import numpy_to_vtk
+from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 import pictures
 
@@ -28,6 +31,31 @@ def fixed_point_image(mapper, size):
     whole = numpy.zeros((size, size, 4))
     whole[y0:y0 + height, x0:x0 + width] = used / 32767.0
     return whole[::-1]
+
+
+def window_image(window, size):
+    """The 8-bit picture of the window, rows from the top."""
+    window_filter = vtk.vtkWindowToImageFilter()
+    window_filter.SetInput(window)
+    window_filter.ReadFrontBufferOff()
+    window_filter.Update()
+    pixels = vtk_to_numpy(window_filter.GetOutput().GetPointData().GetScalars())
+    return pixels.reshape(size, size, -1)[::-1, :, :3] / 255.0
+
+
+def cpu_mapper(threads):
+    mapper = vtk.vtkFixedPointVolumeRayCastMapper()
+    mapper.SetNumberOfThreads(threads)
+    mapper.LockSampleDistanceToInputSpacingOff()
+    mapper.IntermixIntersectingGeometryOff()
+    return mapper
+
+
+def gpu_mapper():
+    mapper = vtk.vtkGPUVolumeRayCastMapper()
+    mapper.UseJitteringOff()
+    mapper.LockSampleDistanceToInputSpacingOff()
+    return mapper
 
 
 def main():
@@ -55,12 +83,10 @@ def main():
         look.SetDiffuse(scene["shading"]["diffuse"])
         look.SetSpecular(scene["shading"]["specular"])
         look.SetSpecularPower(scene["shading"]["exponent"])
-    mapper = vtk.vtkFixedPointVolumeRayCastMapper()
+    on_gpu = sys.argv[4:] == ["gpu"]
+    mapper = gpu_mapper() if on_gpu else cpu_mapper(threads)
     mapper.SetInputData(data)
-    mapper.SetNumberOfThreads(threads)
     mapper.AutoAdjustSampleDistancesOff()
-    mapper.LockSampleDistanceToInputSpacingOff()
-    mapper.IntermixIntersectingGeometryOff()
     for fixed in (mapper.SetImageSampleDistance, mapper.SetMinimumImageSampleDistance, mapper.SetMaximumImageSampleDistance):
         fixed(1)
     volume, renderer, window = vtk.vtkVolume(), vtk.vtkRenderer(), vtk.vtkRenderWindow()
@@ -82,17 +108,21 @@ def main():
     for line in sys.stdin:
         asked = json.loads(line)
         mapper.SetSampleDistance(asked["step"])
-        mapper.SetInteractiveSampleDistance(asked["step"])
+        if not on_gpu:
+            mapper.SetInteractiveSampleDistance(asked["step"])
         a, e = math.radians(asked["azimuth"]), math.radians(scene["elevation"])
         toward_eye = (math.cos(e) * math.sin(a), math.sin(e), math.cos(e) * math.cos(a))
         camera.SetFocalPoint(*centre)
         camera.SetPosition(*(c + 3 * edge * d for c, d in zip(centre, toward_eye)))
         camera.SetViewUp(0, 1, 0)
         renderer.ResetCameraClippingRange()
+        start = time.perf_counter()
         window.Render()
-        seconds = mapper.GetTimeToDraw()
+        window.WaitForCompletion()
+        seconds = time.perf_counter() - start if on_gpu else mapper.GetTimeToDraw()
         if asked.get("save"):
-            pictures.write_tiff(asked["save"], fixed_point_image(mapper, scene["size"])[..., :3])
+            image = window_image(window, scene["size"]) if on_gpu else fixed_point_image(mapper, scene["size"])[..., :3]
+            pictures.write_tiff(asked["save"], image)
         print(json.dumps({"seconds": seconds}), flush=True)
 
 
