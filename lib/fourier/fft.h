@@ -1,0 +1,55 @@
+#pragma once
+#include <filesystem>
+
+#include "base/buffer.h"
+#include "base/vec.h"
+
+// The one header behind which FFTW lies. Every transform is cut into one-dimensional ones of a single thread each,
+// which parallel_for spreads: results do not depend on the number of threads, as those of FFTW's own threaded plans do.
+namespace vol::fourier {
+
+/// estimate: the same plan, and so the same bits, every time. measure: faster plans, after seconds of trying, that
+/// may differ in the last bits from run to run unless wisdom is kept.
+enum class Planning { estimate, measure };
+
+/// Plans found by measuring, from and to a file; T = float and double each have files of their own.
+/// \throws vol::Error where the file cannot be read as wisdom, or not be written
+template <class T>
+void read_wisdom(const std::filesystem::path& path);
+template <class T>
+void write_wisdom(const std::filesystem::path& path);
+
+/// Complex to complex transforms of `length` points, of up to `columns` neighbouring columns (stride `stride`
+/// complex numbers) at once; in place, unnormalised.
+template <class T>
+class ColumnTransform {
+ public:
+  ColumnTransform(std::int64_t length, std::int64_t columns, std::int64_t stride, bool forward, Planning planning);
+  ~ColumnTransform();
+  ColumnTransform(const ColumnTransform&) = delete;
+  ColumnTransform& operator=(const ColumnTransform&) = delete;
+  /// `data`: interleaved complex, the first column's first element.
+  void run(T* data) const;
+
+ private:
+  void* plan_;
+};
+
+/// Real to complex rows (forward, exp(-2 pi i k n / length)) or back, in place: a row of 2 (length/2 + 1) reals.
+template <class T>
+class RowTransform {
+ public:
+  RowTransform(std::int64_t length, bool forward, Planning planning);
+  ~RowTransform();
+  RowTransform(const RowTransform&) = delete;
+  RowTransform& operator=(const RowTransform&) = delete;
+  void run(T* row) const;
+
+ private:
+  void* plan_;
+};
+
+/// Smallest size not below n whose only prime factors are 2, 3, 5 and 7, and which has n's parity if `same_parity`.
+[[nodiscard]] std::int64_t next_fast_size(std::int64_t n, bool same_parity = false);
+
+}  // namespace vol::fourier

@@ -1,0 +1,199 @@
+#include "fourier/projection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/parallel.h"
+#include "base/timer.h"
+
+namespace vol::fourier {
+namespace {
+
+constexpr std::int64_t kColumns = 16;  // of the slice, transformed together
+constexpr std::int64_t kRows = 8;      // of the slice or picture, a chunk for one thread
+
+/// Whole numbers k in [from, to] for which |a + k b| <= limit on every axis; empty where first > last. A little
+/// beyond the limit counts as on it: g is rounded, and the line at exactly Nyquist belongs to the slice.
+struct Range {
+  std::int64_t first, last;
+};
+Range inside(const Vec3& a, const Vec3& b, const Vec3& limit, std::int64_t from, std::int64_t to) {
+  double lo = static_cast<double>(from), hi = static_cast<double>(to);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double most = limit[axis] * (1 + 1e-12);
+    const double reach = std::abs(b[axis]) * std::max(std::abs(lo), std::abs(hi));
+    if (reach <= 1e-13 * most) {  // an axis seen end on, but for rounding
+      if (std::abs(a[axis]) > most) return {0, -1};
+      continue;
+    }
+    const double p = (-most - a[axis]) / b[axis], q = (most - a[axis]) / b[axis];
+    const double slack = 1e-9;  // of a step in k
+    lo = std::max(lo, std::ceil(std::min(p, q) - slack));
+    hi = std::min(hi, std::floor(std::max(p, q) + slack));
+    if (!(lo <= hi)) return {0, -1};
+  }
+  return {static_cast<std::int64_t>(lo), static_cast<std::int64_t>(hi)};
+}
+
+/// exp(2 pi i k x / n) with x in pixels, for k = first, first + 1 ...
+template <class T>
+std::vector<std::complex<T>> shifts(std::int64_t first, std::int64_t count, double x, std::int64_t n) {
+  std::vector<std::complex<T>> result(static_cast<std::size_t>(count));
+  for (std::int64_t i = 0; i < count; ++i) {
+    const double turns = std::remainder(static_cast<double>(first + i) * x, static_cast<double>(n)) / static_cast<double>(n);
+    result[i] = std::complex<T>(std::polar(1.0, 2 * std::numbers::pi * turns));
+  }
+  return result;
+}
+
+}  // namespace
+
+std::int64_t used_columns(const SliceView& view) {
+  // The slice's part inside the Nyquist box is a convex polygon; its largest kx over all ky, row by row.
+  std::int64_t last = 0;
+  for (std::int64_t ky = -(view.height / 2); ky <= view.height / 2; ++ky) {
+    const Range r = inside(static_cast<double>(ky) * view.per_y, view.per_x, view.nyquist, 0, view.width / 2);
+    last = std::max(last, r.last);
+  }
+  return last + 1;
+}
+
+template <class T>
+struct Projector<T>::Plans {
+  ColumnTransform<T> columns;
+  RowTransform<T> rows;
+  std::int64_t stride;  // complex numbers a row, a whole number of column batches
+  Buffer<T> slice;      // channels one after the other
+
+  Plans(std::int64_t width, std::int64_t height, std::size_t channels)
+      : columns(height, kColumns, padded(width), false, Planning::estimate),
+        rows(width, false, Planning::estimate),
+        stride(padded(width)),
+        slice(channels * static_cast<std::size_t>(2 * padded(width) * height)) {}
+  // Not a power of two, which would put a column into one set of the cache.
+  static std::int64_t padded(std::int64_t width) {
+    return (width / 2 + 1 + kColumns - 1) / kColumns * kColumns + (width % 128 == 0 ? kColumns : 0);
+  }
+};
+
+template <class T>
+Projector<T>::Projector(const SliceSource<T>& source, const Filter& filter, bool plain)
+    : source_(source), filter_(filter) {
+  if constexpr (std::is_same_v<T, float>) {
+    if (!plain) fast_.emplace(source, filter);
+  }
+}
+
+template <class T>
+Projector<T>::~Projector() = default;
+
+template <class T>
+void Projector<T>::line(const ChannelWeights& weights, const SliceLine& points, std::complex<T>* out) const {
+  if constexpr (std::is_same_v<T, float>) {
+    if (fast_) return fast_->line(weights, points, out);
+  }
+  std::vector<std::complex<double>> values(weights.size() * static_cast<std::size_t>(points.count));
+  slice_line_plain(source_, filter_, weights, points, values.data());
+  std::transform(values.begin(), values.end(), out, [](const auto& v) { return std::complex<T>(v); });
+}
+
+/// Row q of the Hermitian slice, in FFT order: channel c at out + c * plane. Returns the points evaluated.
+template <class T>
+std::int64_t Projector<T>::slice_row(const SliceView& view, const ChannelWeights& weights, std::int64_t q, T* out,
+                                     std::int64_t columns) const {
+  const Plans& plans = *plans_.at({view.width, view.height});
+  const std::int64_t plane = 2 * plans.stride * view.height;
+  for (std::size_t c = 0; c < weights.size(); ++c) std::fill_n(out + static_cast<std::int64_t>(c) * plane, 2 * columns, T{0});
+  // A pixel's place from the slice's middle is i - (size - 1)/2, and the volume's centre lies at view.centre.
+  const double to_x = -0.5 * static_cast<double>(view.width - 1) - view.centre_x;
+  const double to_y = -0.5 * static_cast<double>(view.height - 1) - view.centre_y;
+  thread_local std::vector<std::complex<T>> values;
+  std::int64_t points = 0;
+  const auto add = [&](std::int64_t from, std::int64_t to, std::int64_t ky, T share) {
+    const Range r = inside(static_cast<double>(ky) * view.per_y, view.per_x, view.nyquist, from, to);
+    const std::int64_t count = r.last - r.first + 1;
+    if (count <= 0) return;
+    points += count;
+    values.resize(weights.size() * static_cast<std::size_t>(count));
+    line(weights, {static_cast<double>(r.first) * view.per_x + static_cast<double>(ky) * view.per_y, view.per_x, count},
+         values.data());
+    const auto phase_x = shifts<T>(r.first, count, to_x, view.width);
+    const auto phase_y = share * shifts<T>(ky, 1, to_y, view.height)[0];
+    for (std::size_t c = 0; c < weights.size(); ++c) {
+      T* row = out + static_cast<std::int64_t>(c) * plane;
+      for (std::int64_t i = 0; i < count; ++i) {
+        const auto v = values[c * static_cast<std::size_t>(count) + static_cast<std::size_t>(i)] * (phase_x[i] * phase_y);
+        const std::int64_t column = std::abs(r.first + i);
+        row[2 * column] += v.real();
+        row[2 * column + 1] += v.imag();
+      }
+    }
+  };
+  // Column width/2 of an even width is the mean of -width/2 and +width/2, row height/2 likewise; where both meet,
+  // of (-, -) and (+, +), which the real part pairs.
+  const std::int64_t half_w = view.width / 2, half_h = view.height / 2;
+  const bool even_w = view.width % 2 == 0, unpaired = view.height % 2 == 0 && q == half_h;
+  const std::int64_t ky = q <= half_h ? q : q - view.height;
+  const std::int64_t last = even_w ? half_w - 1 : half_w;
+  if (unpaired) {
+    add(0, last, half_h, T(0.5));
+    add(0, last, -half_h, T(0.5));
+    if (even_w) add(half_w, half_w, half_h, T(0.5));
+    if (even_w) add(-half_w, -half_w, -half_h, T(0.5));
+  } else {
+    add(0, last, ky, 1);
+    if (even_w) add(half_w, half_w, ky, T(0.5));
+    if (even_w) add(-half_w, -half_w, ky, T(0.5));
+  }
+  return points;
+}
+
+template <class T>
+std::vector<Buffer<T>> Projector<T>::project(const SliceView& view, const ChannelWeights& weights) {
+  const Timer timer;
+  auto& plans = plans_[{view.width, view.height}];
+  if (!plans) plans = std::make_unique<Plans>(view.width, view.height, weights.size());
+  const std::int64_t row = 2 * plans->stride, plane = row * view.height;
+  plans->slice.resize(weights.size() * static_cast<std::size_t>(plane));
+  const std::int64_t columns = std::min((used_columns(view) + kColumns - 1) / kColumns * kColumns, plans->stride);
+
+  points_ += parallel_reduce<std::int64_t>(
+      0, view.height, kRows,
+      [&](std::int64_t begin, std::int64_t end) {
+        std::int64_t points = 0;
+        for (auto q = begin; q < end; ++q) points += slice_row(view, weights, q, plans->slice.data() + q * row, columns);
+        return points;
+      },
+      [](std::int64_t& sum, std::int64_t part) { sum += part; });
+  times_.slice += timer.seconds();
+
+  const Timer inverse_timer;
+  const std::int64_t skip_x = (view.width - view.picture_width) / 2, skip_y = (view.height - view.picture_height) / 2;
+  std::vector<Buffer<T>> planes;
+  for (std::size_t c = 0; c < weights.size(); ++c) {
+    T* data = plans->slice.data() + static_cast<std::int64_t>(c) * plane;
+    parallel_for(0, columns / kColumns, 1, [&](std::int64_t begin, std::int64_t end) {
+      for (auto b = begin; b < end; ++b) plans->columns.run(data + 2 * b * kColumns);
+    });
+    Buffer<T> picture(static_cast<std::size_t>(view.picture_width * view.picture_height));
+    const T scale = static_cast<T>(view.scale);
+    parallel_for(0, view.picture_height, kRows, [&](std::int64_t begin, std::int64_t end) {
+      for (auto y = begin; y < end; ++y) {
+        T* from = data + (y + skip_y) * row;
+        std::fill(from + 2 * columns, from + std::max(2 * columns, 2 * (view.width / 2 + 1)), T{0});
+        plans->rows.run(from);
+        T* to = picture.data() + y * view.picture_width;
+        for (std::int64_t x = 0; x < view.picture_width; ++x) to[x] = from[x + skip_x] * scale;
+      }
+    });
+    planes.push_back(std::move(picture));
+  }
+  times_.inverse += inverse_timer.seconds();
+  return planes;
+}
+
+template class Projector<float>;
+template class Projector<double>;
+
+}  // namespace vol::fourier
