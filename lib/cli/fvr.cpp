@@ -1,0 +1,245 @@
+#include "cli/fvr.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "cli/options.h"
+#include "fourier/models.h"
+#include "io/file.h"
+#include "io/png.h"
+#include "io/scene.h"
+#include "io/write_image.h"
+
+namespace vol::cli {
+
+void add_fvr_options(CLI::App& app, FvrOptions& o) {
+  app.add_option("input", o.input, "Spectrum of vol-fft (.nrrd); - is standard input")->required()->group("Files");
+  app.add_option("-o,--output", o.output,
+                 "Picture (.exr: R, G, B, A; .png); of several views numbered, -000 and so on; - is standard output")
+      ->required()
+      ->group("Files");
+  app.add_option("--format", o.format, "exr or png [by extension; exr]")->group("Files");
+  app.add_option("--scene", o.scene, "Scene (YAML) whose orthographic camera is taken")->group("Files");
+
+  const char* picture = "Picture (overrules the scene)";
+  app.add_option("--size", o.size, "WIDTHxHEIGHT in pixels")->capture_default_str()->group(picture);
+  app.add_option("--view", o.views, "AZIMUTH,ELEVATION in degrees; may be given several times [0,0: along -z]")
+      ->take_all()
+      ->group(picture);
+  app.add_option("--turntable", o.turntable, "N views around the vertical axis, from the first --view on")
+      ->check(CLI::Range(1, 100000))
+      ->group(picture);
+  app.add_option("--width", o.width, "World width of the picture [1.6 longest edge]")->check(check_positive)->group(picture);
+  app.add_option("--exposure", o.exposure, "PNG: what values are multiplied by; auto: the first picture's largest becomes 1")
+      ->capture_default_str()
+      ->group(picture);
+
+  const char* accuracy = "Accuracy against cost";
+  app.add_option("--filter", o.filter,
+                 fourier::filter_names() + " [what the spectrum was compensated for, else catmull-rom]")
+      ->group(accuracy);
+  app.add_flag("--wrap", o.wrap,
+               "Slice at the picture's own frequencies: less work where the volume reaches beyond the picture, but it "
+               "comes in again from the other side")
+      ->group(accuracy);
+
+  const char* model = "Model (what the spectra were made for)";
+  app.add_option("--control-points", o.control_points, "Bezier: one weight a spectrum [all 1]")->delimiter(',')->group(model);
+  app.add_option("--band-weights", o.band_weights, "Bands: one weight a spectrum [all 1]")->delimiter(',')->group(model);
+  app.add_option("--band-colours", o.band_colours, "Bands: R,G,B:R,G,B ..., linear, one a spectrum [white]")
+      ->delimiter(':')
+      ->group(model);
+  app.add_option("--light", o.light, "Directional: x,y,z toward the light, in world axes [toward the viewer]")->group(model);
+  app.add_option("--depth-cue", o.depth_cue, "Depth cue: strength t of t/2 (1 + V.D) [1]")
+      ->check(check_non_negative)
+      ->group(model);
+}
+
+std::vector<FvrView> fvr_views(const FvrOptions& o, Record& record) {
+  camera::View base;
+  if (!o.scene.empty()) {
+    record.input(o.scene);
+    base = io::read_scene(o.scene).scene.view;
+    if (base.projection == camera::Projection::perspective && !o.width) {
+      throw Error(o.scene.string() + ": has a perspective camera, Fourier volume rendering none; give --width");
+    }
+  }
+  if (o.width) base.width = o.width;
+  base.projection = camera::Projection::orthographic;
+  std::vector<camera::View> all;
+  for (const auto& text : o.views) {
+    const auto angles = parse_view("--view", text);
+    all.push_back(base);
+    all.back().azimuth = angles[0];
+    all.back().elevation = angles[1];
+  }
+  if (all.empty()) all.push_back(base);
+  if (o.turntable > 0) {
+    if (all.size() > 1) throw Error("--turntable goes on from one --view, not from several");
+    for (int i = 1; i < o.turntable; ++i) {
+      all.push_back(all.front());
+      all.back().azimuth += 360.0 * i / o.turntable;
+    }
+  }
+  if (all.size() > 1 && io::is_standard_stream(o.output)) {
+    throw Error("several pictures do not go to standard output; give --output a name");
+  }
+  std::vector<FvrView> views;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    std::filesystem::path path = o.output;
+    if (all.size() > 1) {
+      char number[24];
+      std::snprintf(number, sizeof number, "-%03zu", i);
+      path.replace_filename(path.stem().string() + number + path.extension().string());
+    }
+    io::require_image_format(path, o.format);
+    views.push_back({all[i], path});
+  }
+  return views;
+}
+
+fourier::Filter fvr_filter(const FvrOptions& o, const fourier::SpectrumInfo& info, Record& record) {
+  const bool compensated = info.compensation != "none";
+  fourier::Filter filter(!o.filter.empty() ? o.filter : compensated ? info.compensation : "catmull-rom", info.padding);
+  record.resolved("filter", filter.name());
+  if (filter.name() == info.compensation) {
+    if (filter.beta() > 0 && info.padding < 1.25) {
+      record.warn("es without padding: ghosts of 20 % and more where the object fills its box; vol-fft --pad 2 cures it");
+    }
+    return filter;
+  }
+  if (!filter.interpolates()) {
+    throw Error("--filter " + filter.name() + " needs a spectrum made with vol-fft --compensate " + filter.name() +
+                "; this one is compensated for " + info.compensation);
+  }
+  if (compensated) {
+    record.warn("the spectrum is compensated for " + info.compensation + ", not for " + filter.name() +
+                ": the picture is too bright or too dark toward the volume's rim");
+  }
+  return filter;
+}
+
+namespace {
+
+std::vector<double> one_each(const std::vector<double>& given, std::size_t count, const char* option) {
+  if (given.empty()) return std::vector<double>(count, 1.0);
+  if (given.size() != count) {
+    throw Error(std::string(option) + ": " + std::to_string(given.size()) + " weights for " + std::to_string(count) + " spectra");
+  }
+  for (const double weight : given) {
+    if (!std::isfinite(weight)) throw Error(std::string(option) + ": a weight is not finite");
+  }
+  return given;
+}
+
+/// Refuses what belongs to another model than the file's.
+void require_model(bool given, const char* option, const std::string& needed, const std::string& model) {
+  if (given && model != needed) {
+    throw Error(std::string(option) + " is for spectra of the model " + needed + ", this file has " + model);
+  }
+}
+
+}  // namespace
+
+fourier::ChannelWeights fvr_weights(const FvrOptions& o, const fourier::SpectrumInfo& info, const camera::Camera& camera) {
+  require_model(!o.control_points.empty(), "--control-points", "bezier", info.model);
+  require_model(!o.band_weights.empty(), "--band-weights", "bands", info.model);
+  require_model(!o.band_colours.empty(), "--band-colours", "bands", info.model);
+  require_model(!o.light.empty(), "--light", "directional", info.model);
+  require_model(o.depth_cue.has_value(), "--depth-cue", "depth-cue", info.model);
+  const std::size_t count = info.names.size();
+  if (info.model == "depth-cue" || info.model == "directional") {
+    if (count != 4) throw Error("a " + info.model + " file has four spectra, this one " + std::to_string(count));
+    if (info.model == "depth-cue") return {fourier::depth_cue_weights(camera, o.depth_cue.value_or(1))};
+    return {fourier::directional_weights(o.light.empty() ? Vec3(-camera.direction()) : parse_vec3("--light", o.light))};
+  }
+  if (info.model == "bezier") return {one_each(o.control_points, count, "--control-points")};
+  const auto weights = one_each(o.band_weights, count, "--band-weights");
+  if (o.band_colours.empty()) return {weights};
+  if (o.band_colours.size() != count) {
+    throw Error("--band-colours: " + std::to_string(o.band_colours.size()) + " colours for " + std::to_string(count) + " spectra");
+  }
+  fourier::ChannelWeights channels(3, weights);
+  for (std::size_t f = 0; f < count; ++f) {
+    const Vec3 colour = parse_vec3("--band-colours", o.band_colours[f]);
+    for (int c = 0; c < 3; ++c) channels[static_cast<std::size_t>(c)][f] *= colour[c];
+  }
+  return channels;
+}
+
+namespace {
+
+image::Image image_of(const std::vector<std::vector<float>>& planes, int width, int height) {
+  image::Image image(width, height, {"R", "G", "B", "A"});
+  for (std::size_t p = 0; p < planes[0].size(); ++p) {
+    float* pixel = &image.pixels[4 * p];
+    for (std::size_t c = 0; c < 3; ++c) pixel[c] = planes[planes.size() == 3 ? c : 0][p];
+    pixel[3] = 1;
+    if (!std::isfinite(pixel[0] + pixel[1] + pixel[2])) throw Error("a pixel overflows float; scale the volume");
+  }
+  return image;
+}
+
+bool is_png(const FvrView& view, const std::string& format) {
+  return format == "png" || (format.empty() && view.output.extension() == ".png");
+}
+
+}  // namespace
+
+void fvr_pictures(const FvrOptions& o, const fourier::SpectrumInfo& info, const std::vector<FvrView>& views,
+                  const FvrDraw& draw, Record& record) {
+  const auto size = parse_image_size("--size", o.size);
+  double exposure = 0;
+  if (o.exposure != "auto" && (!CLI::detail::lexical_cast(o.exposure, exposure) || !(exposure > 0))) {
+    throw Error("--exposure " + o.exposure + ": expected a positive number or auto");
+  }
+  const Vec3 centre = info.geometry.centre();
+  const double longest = info.geometry.edge_lengths().maxCoeff();
+  struct Job {
+    fourier::SliceView view;
+    fourier::ChannelWeights weights;
+  };
+  std::vector<Job> jobs;
+  for (const auto& v : views) {
+    const camera::Camera camera(v.view, centre, longest, size[0], size[1]);
+    jobs.push_back({fourier::slice_view(info, camera, size[0], size[1], o.wrap), fvr_weights(o, info, camera)});
+  }
+  std::int64_t frames = 0;
+  // The pictures of a run are kept until they are written, so that drawing is timed by itself; of many, in lots.
+  constexpr std::size_t kLot = 64;
+  for (std::size_t first = 0; first < jobs.size(); first += kLot) {
+    const std::size_t last = std::min(jobs.size(), first + kLot);
+    const auto pictures = record.repeated("render", [&] {
+      std::vector<std::vector<std::vector<float>>> drawn;
+      for (std::size_t i = first; i < last; ++i) drawn.push_back(draw(jobs[i].view, jobs[i].weights));
+      frames += static_cast<std::int64_t>(last - first);
+      return drawn;
+    });
+    for (std::size_t i = first; i < last; ++i) {
+      image::Image image = image_of(pictures[i - first], size[0], size[1]);
+      for (const auto& [key, value] : record.provenance()) image.attributes[key] = value;
+      image.attributes["precis.view"] = nlohmann::json{views[i].view.azimuth, views[i].view.elevation}.dump();
+      if (exposure == 0) {
+        float largest = 0;
+        for (const auto& plane : pictures[i - first]) largest = std::max(largest, *std::max_element(plane.begin(), plane.end()));
+        exposure = largest > 0 ? 1.0 / largest : 1.0;
+      }
+      record.timed("write", [&] {
+        if (is_png(views[i], o.format)) {
+          io::write_png(views[i].output, image, {.scale = exposure});
+        } else {
+          io::write_image(views[i].output, image, o.format);
+        }
+      });
+      record.output(views[i].output);
+    }
+  }
+  record.count("views", static_cast<std::int64_t>(views.size()));
+  record.count("frames", frames);
+  if (is_png(views.front(), o.format)) record.result("exposure", exposure);
+}
+
+}  // namespace vol::cli

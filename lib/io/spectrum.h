@@ -1,0 +1,41 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "fourier/slice_source.h"
+#include "io/file.h"
+
+namespace vol::io {
+
+/// Writes spectra as NRRD: axes complex (2), kx 0 .. floor(Mx/2), ky and kz centred at floor(M/2), and one more where
+/// there are several spectra; float or double. Keys: precis.kind = spectrum, and below precis.spectrum. the volume's
+/// dims, spacing, origin, direction and space, and padded (M), padding, compensation, model, names (one a line).
+/// `attributes` and those of the spectrum's info go in beside them.
+template <class T>
+void write_spectrum(const std::filesystem::path& path, const fourier::Spectrum<T>& spectrum,
+                    const std::map<std::string, std::string>& attributes);
+
+/// A spectrum file whose header has been read and checked: sizes against keys and, where the file's size is known,
+/// data against sizes. Data follow when asked for, straight to their place.
+class SpectrumFile {
+ public:
+  /// \throws vol::Error naming the file, for what is no spectrum too
+  explicit SpectrumFile(const std::filesystem::path& path);
+
+  [[nodiscard]] const fourier::SpectrumInfo& info() const { return info_; }
+  [[nodiscard]] bool is_double() const { return is_double_; }
+  /// All spectra, for slicing; T must be the file's type.
+  template <class T>
+  [[nodiscard]] fourier::SliceSource<T> read_slice_source(int taps);
+  /// All spectra as they stand.
+  template <class T>
+  [[nodiscard]] fourier::Spectrum<T> read_spectrum();
+
+ private:
+  InputFile file_;
+  fourier::SpectrumInfo info_;
+  bool is_double_ = false;
+};
+
+}  // namespace vol::io

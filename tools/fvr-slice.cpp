@@ -1,0 +1,88 @@
+// fvr-slice: Fourier volume rendering on the CPU: pictures of a spectrum by the projection-slice theorem.
+//   vol-fft head.nrrd -o spectrum.nrrd --compensate es:6 && fvr-slice spectrum.nrrd -o head.exr --view 30,20
+//   fvr-slice spectrum.nrrd -o turn.png --turntable 36 --size 256x256 --stats turn.json
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/timer.h"
+#include "cli/fvr.h"
+#include "cli/run.h"
+#include "fourier/projection.h"
+#include "io/spectrum.h"
+#include "io/volume.h"
+
+namespace {
+
+using namespace vol;
+
+struct Options {
+  cli::FvrOptions fvr;
+  std::string algorithm = "fast";
+};
+
+template <class T>
+void draw(io::SpectrumFile& file, const fourier::Filter& filter, const std::vector<cli::FvrView>& views, const Options& o,
+          cli::Record& record) {
+  const std::int64_t bytes = fourier::SliceSource<T>::bytes(file.info(), filter.taps());
+  record.count("planned_bytes", bytes);
+  const std::int64_t limit = io::ReadOptions::physical_memory();
+  if (bytes > limit) {
+    throw Error("the spectrum would take " + std::to_string(bytes >> 20) + " MiB, of " + std::to_string(limit >> 20) +
+                " MiB in this machine");
+  }
+  const auto source = record.timed("read", [&] { return file.read_slice_source<T>(filter.taps()); });
+  fourier::Projector<T> projector(source, filter, o.algorithm == "plain");
+  double seconds = 0;
+  std::int64_t frames = 0;
+  cli::fvr_pictures(
+      o.fvr, file.info(), views,
+      [&](const fourier::SliceView& view, const fourier::ChannelWeights& weights) {
+        const Timer timer;
+        const auto planes = projector.project(view, weights);
+        std::vector<std::vector<float>> picture;
+        for (const auto& plane : planes) picture.emplace_back(plane.begin(), plane.end());
+        seconds += timer.seconds();
+        ++frames;
+        return picture;
+      },
+      record);
+  const double n = static_cast<double>(frames);
+  record.count("points", projector.points());
+  record.result("frames_per_second", n / seconds);
+  record.result("slice_s_per_frame", projector.times().slice / n);
+  record.result("inverse_s_per_frame", projector.times().inverse / n);
+}
+
+int work(const Options& o, cli::Record& record) {
+  const auto views = cli::fvr_views(o.fvr, record);  // wrong words are answered before a large file is read
+  record.input(o.fvr.input);
+  io::SpectrumFile file(o.fvr.input);
+  const fourier::Filter filter = cli::fvr_filter(o.fvr, file.info(), record);
+  if (file.is_double()) {
+    draw<double>(file, filter, views, o, record);
+  } else {
+    draw<float>(file, filter, views, o, record);
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Fourier volume rendering: orthographic X-ray pictures of a spectrum by the projection-slice theorem.\n"
+      "A pixel is the sum over samples times world length, to overlay vol-raycast --model xray."};
+  Options options;
+  cli::add_fvr_options(app, options.fvr);
+  app.add_option("--algorithm", options.algorithm, "fast (SIMD, for f32 spectra) or plain (double, its oracle)")
+      ->check(CLI::IsMember({"fast", "plain"}))
+      ->capture_default_str()
+      ->group("Accuracy against cost");
+  return cli::run(app,
+                  {.name = "fvr-slice",
+                   .example = "vol-phantom gaussians -o - | vol-fft - --compensate es:6 -o - | fvr-slice - -o picture.exr "
+                              "--view 30,20",
+                   .references = "Totsuka & Levoy 1993; Cheng 2007; Barnett, Magland & af Klinteberg 2019",
+                   .repeats = true},
+                  argc, argv, [&](cli::Record& record) { return work(options, record); });
+}

@@ -1,0 +1,209 @@
+// vol-fft: the centred spectrum of a volume, or the spectra of a shading or transfer-function model.
+//   vol-fft head.nrrd -o spectrum.nrrd --pad 2 --compensate es:6
+//   vol-fft spectrum.nrrd -o back.nrrd --inverse
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/checked.h"
+#include "base/error.h"
+#include "cli/run.h"
+#include "cli/volume_input.h"
+#include "fourier/models.h"
+#include "io/any_volume.h"
+#include "io/spectrum.h"
+#include "io/volume.h"
+
+namespace {
+
+using namespace vol;
+
+struct Options {
+  cli::VolumeInput input;
+  std::filesystem::path output, wisdom;
+  double padding = 2;
+  std::string compensation = "none", type = "f32", shading, spectrum;
+  int bezier = 0;
+  std::vector<double> range;
+  std::vector<std::string> bands;
+  bool edges = false, inverse = false;
+};
+
+void declare(CLI::App& app, Options& o) {
+  cli::add_volume_input(app, o.input, "Volume; with --inverse a spectrum (.nrrd); - is standard input");
+  app.add_option("-o,--output", o.output, "Spectrum (.nrrd); with --inverse a volume; - is standard output")
+      ->required()
+      ->group("Files");
+  app.add_option("--wisdom", o.wisdom, "FFTW's measured plans: read if there, and written; without it plans are estimated")
+      ->group("Files");
+
+  const char* spectrum = "Spectrum";
+  app.add_option("--pad", o.padding, "Padded size over size: 1, 1.25, 1.5, 2 or 4")
+      ->check(CLI::IsMember({1.0, 1.25, 1.5, 2.0, 4.0}))
+      ->capture_default_str()
+      ->group(spectrum);
+  app.add_option("--compensate", o.compensation,
+                 "Divide out what this filter of fvr-slice attenuates: " + fourier::filter_names() + ", or none")
+      ->capture_default_str()
+      ->group(spectrum);
+  app.add_option("--type", o.type, "Of the spectrum: f32 or f64")
+      ->check(CLI::IsMember({"f32", "f64"}))
+      ->capture_default_str()
+      ->group(spectrum);
+  app.add_flag("--inverse", o.inverse, "From a spectrum back to its volume")->group(spectrum);
+  app.add_option("--spectrum", o.spectrum, "Inverse: name of the spectrum, of several [the first]")->group(spectrum);
+
+  const char* model = "Model (one of these; several spectra in one file)";
+  auto* shading = app.add_option("--shading", o.shading, "depth-cue or directional: for --depth-cue or --light of fvr-slice")
+                      ->check(CLI::IsMember({"depth-cue", "directional"}))
+                      ->group(model);
+  auto* bezier = app.add_option("--bezier", o.bezier, "N spectra weighted by Bernstein polynomials: for --control-points")
+                     ->check(CLI::Range(1, 16))
+                     ->excludes(shading)
+                     ->group(model);
+  app.add_option("--range", o.range, "Bezier: values that become 0 and 1, others are clamped [the volume's]")
+      ->delimiter(',')
+      ->expected(2)
+      ->type_name("LO,HI")
+      ->needs(bezier)
+      ->group(model);
+  app.add_option("--bands", o.bands, "Values of each band, LO:HI,LO:HI ...; one spectrum a band: for --band-weights")
+      ->delimiter(',')
+      ->type_name("LO:HI,...")
+      ->excludes(shading)
+      ->excludes(bezier)
+      ->group(model);
+  app.add_flag("--edges", o.edges, "One more band: 1 at the edges that Canny's detector finds, else 0")
+      ->excludes(shading)
+      ->excludes(bezier)
+      ->group(model);
+}
+
+std::vector<fourier::Band> parse_bands(const std::vector<std::string>& words) {
+  std::vector<fourier::Band> bands;
+  for (const auto& word : words) {
+    const std::size_t colon = word.find(':');
+    fourier::Band band{};
+    if (colon == std::string::npos || !CLI::detail::lexical_cast(word.substr(0, colon), band.lo) ||
+        !CLI::detail::lexical_cast(word.substr(colon + 1), band.hi) || !(band.lo <= band.hi)) {
+      throw Error("--bands " + word + ": expected LO:HI with LO at most HI");
+    }
+    bands.push_back(band);
+  }
+  return bands;
+}
+
+fourier::Model model_of(const volume::Volume& volume, const Options& o, cli::Record& record) {
+  if (o.shading == "depth-cue") return fourier::depth_cue_model(volume);
+  if (o.shading == "directional") return fourier::directional_model(volume);
+  if (o.bezier > 0) {
+    const auto range = o.range.empty() ? volume::value_range(volume) : volume::Range{o.range[0], o.range[1]};
+    record.resolved("range", {range.min, range.max});
+    return fourier::bezier_model(volume, o.bezier, range);
+  }
+  if (!o.bands.empty() || o.edges) return fourier::bands_model(volume, parse_bands(o.bands), o.edges);
+  return fourier::plain_model(volume);
+}
+
+/// States what will be taken, before it is.
+void require_memory(std::int64_t bytes, const char* what, cli::Record& record) {
+  record.count("planned_bytes", bytes);
+  const std::int64_t limit = io::ReadOptions::physical_memory();
+  constexpr std::int64_t kMiB = 1 << 20;
+  if (record.verbose()) record.say(std::string(what) + " will take " + std::to_string(bytes / kMiB) + " MiB");
+  if (bytes > limit) {
+    throw Error(std::string(what) + " would take " + std::to_string(bytes / kMiB) + " MiB, of " +
+                std::to_string(limit / kMiB) + " MiB in this machine; use less --pad, or --type f32");
+  }
+}
+
+template <class T>
+fourier::Planning planning(const Options& o) {
+  if (o.wisdom.empty()) return fourier::Planning::estimate;
+  if (std::filesystem::exists(o.wisdom)) fourier::read_wisdom<T>(o.wisdom);
+  return fourier::Planning::measure;
+}
+
+template <class T>
+int forward(const Options& o, cli::Record& record) {
+  if (!io::is_standard_stream(o.output) && o.output.extension() != ".nrrd") {
+    throw Error(o.output.string() + ": a spectrum goes to a .nrrd file, or to - (standard output)");
+  }
+  io::require_writable(o.output);
+  if (o.compensation != "none") (void)fourier::Filter(o.compensation, o.padding);
+  (void)parse_bands(o.bands);
+  const volume::Volume volume = cli::load(o.input, record);
+  fourier::SpectrumInfo info;
+  info.geometry = volume.geometry();
+  info.padding = o.padding;
+  info.compensation = o.compensation;
+  info.attributes = volume.attributes;
+  for (int a = 0; a < 3; ++a) info.padded[a] = fourier::padded_size(info.geometry.dims[a], o.padding);
+  const auto model = record.timed("model", [&] { return model_of(volume, o, record); });
+  info.model = model.name;
+  info.names = model.spectra;
+  const std::int64_t voxels = info.geometry.count() * static_cast<std::int64_t>(volume::size_in_bytes(volume.voxel_type()));
+  require_memory(voxels + fourier::spectrum_bytes<T>(info), "volume and spectra", record);
+  if (o.compensation != "none") {
+    const auto c = fourier::compensation(fourier::Filter(o.compensation, o.padding), info.geometry.dims, info.padded);
+    record.result("largest_compensation", c.largest);
+  }
+  const auto plan = planning<T>(o);
+  const auto spectrum = record.repeated("transform", [&] { return fourier::transform<T>(info, model.sources, plan); });
+  if (!o.wisdom.empty()) fourier::write_wisdom<T>(o.wisdom);
+  record.count("spectra", static_cast<std::int64_t>(info.names.size()));
+  record.count("spectrum_bytes", fourier::spectrum_bytes<T>(info));
+  record.result("padded", {info.padded[0], info.padded[1], info.padded[2]});
+  record.timed("write", [&] { io::write_spectrum(o.output, spectrum, record.provenance()); });
+  record.output(o.output);
+  return 0;
+}
+
+template <class T>
+volume::Volume inverse_of(io::SpectrumFile& file, const Options& o, cli::Record& record) {
+  const auto& names = file.info().names;
+  const auto found = o.spectrum.empty() ? names.begin() : std::find(names.begin(), names.end(), o.spectrum);
+  if (found == names.end()) throw Error("--spectrum " + o.spectrum + ": the file has none of that name");
+  auto spectrum = record.timed("read", [&] { return file.read_spectrum<T>(); });
+  const auto plan = planning<T>(o);
+  volume::Volume result;
+  result.grid = record.timed("transform", [&] {
+    return fourier::inverse(spectrum, static_cast<std::size_t>(found - names.begin()), plan);
+  });
+  if (!o.wisdom.empty()) fourier::write_wisdom<T>(o.wisdom);
+  return result;
+}
+
+int inverse(const Options& o, cli::Record& record) {
+  io::require_volume_output(o.output);
+  record.input(o.input.path);
+  io::SpectrumFile file(o.input.path);
+  const std::int64_t bytes = file.is_double() ? fourier::spectrum_bytes<double>(file.info())
+                                              : fourier::spectrum_bytes<float>(file.info());
+  require_memory(bytes + file.info().geometry.count() * (file.is_double() ? 8 : 4), "spectra and volume", record);
+  auto volume = file.is_double() ? inverse_of<double>(file, o, record) : inverse_of<float>(file, o, record);
+  volume.attributes = file.info().attributes;
+  cli::save(o.output, volume, record);
+  return 0;
+}
+
+int work(const Options& o, cli::Record& record) {
+  if (o.inverse) return inverse(o, record);
+  return o.type == "f64" ? forward<double>(o, record) : forward<float>(o, record);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "The centred half spectrum of a volume, for fvr-slice: padded, compensated for the filter it will be\n"
+      "resampled with, and for a shading or transfer-function model the spectra that its pictures are sums of."};
+  Options options;
+  declare(app, options);
+  return cli::run(app,
+                  {.name = "vol-fft",
+                   .example = "vol-phantom gaussians -o - | vol-fft - -o spectrum.nrrd --pad 2 --compensate es:6",
+                   .references = "Totsuka & Levoy 1993; Cheng 2007",
+                   .repeats = true},
+                  argc, argv, [&](cli::Record& record) { return work(options, record); });
+}
