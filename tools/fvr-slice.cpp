@@ -21,14 +21,14 @@ struct Options {
 };
 
 template <class T>
-void draw(io::SpectrumFile& file, const fourier::Filter& filter, const std::vector<cli::FvrView>& views, const Options& o,
-          cli::Record& record) {
+void draw(io::SpectrumFile& file, const fourier::Filter& filter, const std::vector<cli::FvrView>& views,
+          const Options& o, cli::Record& record) {
   const std::int64_t bytes = fourier::SliceSource<T>::bytes(file.info(), filter.taps());
   record.count("planned_bytes", bytes);
   const std::int64_t limit = io::ReadOptions::physical_memory();
   if (bytes > limit) {
-    throw Error("the spectrum would take " + std::to_string(bytes >> 20) + " MiB, of " + std::to_string(limit >> 20) +
-                " MiB in this machine");
+    throw Error("the spectrum would take " + std::to_string(bytes >> 20) + " MiB, of " +
+                std::to_string(limit >> 20) + " MiB in this machine");
   }
   const auto source = record.timed("read", [&] { return file.read_slice_source<T>(filter.taps()); });
   fourier::Projector<T> projector(source, filter, o.algorithm == "plain");
@@ -74,15 +74,18 @@ int main(int argc, char** argv) {
       "A pixel is the sum over samples times world length, to overlay vol-raycast --model xray."};
   Options options;
   cli::add_fvr_options(app, options.fvr);
-  app.add_option("--algorithm", options.algorithm, "fast (SIMD, for f32 spectra) or plain (double, its oracle)")
+  app.add_option("--algorithm", options.algorithm,
+                 "fast (SIMD, for f32 spectra) or plain (double, its oracle)")
       ->check(CLI::IsMember({"fast", "plain"}))
       ->capture_default_str()
       ->group("Accuracy against cost");
-  return cli::run(app,
-                  {.name = "fvr-slice",
-                   .example = "vol-phantom gaussians -o - | vol-fft - --compensate es:6 -o - | fvr-slice - -o picture.exr "
-                              "--view 30,20",
-                   .references = "Totsuka & Levoy 1993; Cheng 2007; Barnett, Magland & af Klinteberg 2019",
-                   .repeats = true},
-                  argc, argv, [&](cli::Record& record) { return work(options, record); });
+  return cli::run(
+      app,
+      {.name = "fvr-slice",
+       .example =
+           "vol-phantom gaussians -o - | vol-fft - --compensate es:6 -o - | fvr-slice - -o picture.exr "
+           "--view 30,20",
+       .references = "Totsuka & Levoy 1993; Cheng 2007; Barnett, Magland & af Klinteberg 2019",
+       .repeats = true},
+      argc, argv, [&](cli::Record& record) { return work(options, record); });
 }

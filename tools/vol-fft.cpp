@@ -34,7 +34,8 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("-o,--output", o.output, "Spectrum (.nrrd); with --inverse a volume; - is standard output")
       ->required()
       ->group("Files");
-  app.add_option("--wisdom", o.wisdom, "FFTW's measured plans: read if there, and written; without it plans are estimated")
+  app.add_option("--wisdom", o.wisdom,
+                 "FFTW's measured plans: read if there, and written; without it plans are estimated")
       ->group("Files");
 
   const char* spectrum = "Spectrum";
@@ -42,8 +43,9 @@ void declare(CLI::App& app, Options& o) {
       ->check(CLI::IsMember({1.0, 1.25, 1.5, 2.0, 4.0}))
       ->capture_default_str()
       ->group(spectrum);
-  app.add_option("--compensate", o.compensation,
-                 "Divide out what this filter of fvr-slice attenuates: " + fourier::filter_names() + ", or none")
+  app.add_option(
+         "--compensate", o.compensation,
+         "Divide out what this filter of fvr-slice attenuates: " + fourier::filter_names() + ", or none")
       ->capture_default_str()
       ->group(spectrum);
   app.add_option("--type", o.type, "Of the spectrum: f32 or f64")
@@ -51,13 +53,16 @@ void declare(CLI::App& app, Options& o) {
       ->capture_default_str()
       ->group(spectrum);
   app.add_flag("--inverse", o.inverse, "From a spectrum back to its volume")->group(spectrum);
-  app.add_option("--spectrum", o.spectrum, "Inverse: name of the spectrum, of several [the first]")->group(spectrum);
+  app.add_option("--spectrum", o.spectrum, "Inverse: name of the spectrum, of several [the first]")
+      ->group(spectrum);
 
   const char* model = "Model (one of these; several spectra in one file)";
-  auto* shading = app.add_option("--shading", o.shading, "depth-cue or directional: for --depth-cue or --light of fvr-slice")
+  auto* shading = app.add_option("--shading", o.shading,
+                                 "depth-cue or directional: for --depth-cue or --light of fvr-slice")
                       ->check(CLI::IsMember({"depth-cue", "directional"}))
                       ->group(model);
-  auto* bezier = app.add_option("--bezier", o.bezier, "N spectra weighted by Bernstein polynomials: for --control-points")
+  auto* bezier = app.add_option("--bezier", o.bezier,
+                                "N spectra weighted by Bernstein polynomials: for --control-points")
                      ->check(CLI::Range(1, 16))
                      ->excludes(shading)
                      ->group(model);
@@ -67,7 +72,8 @@ void declare(CLI::App& app, Options& o) {
       ->type_name("LO,HI")
       ->needs(bezier)
       ->group(model);
-  app.add_option("--bands", o.bands, "Values of each band, LO:HI,LO:HI ...; one spectrum a band: for --band-weights")
+  app.add_option("--bands", o.bands,
+                 "Values of each band, LO:HI,LO:HI ...; one spectrum a band: for --band-weights")
       ->delimiter(',')
       ->type_name("LO:HI,...")
       ->excludes(shading)
@@ -142,14 +148,17 @@ int forward(const Options& o, cli::Record& record) {
   const auto model = record.timed("model", [&] { return model_of(volume, o, record); });
   info.model = model.name;
   info.names = model.spectra;
-  const std::int64_t voxels = info.geometry.count() * static_cast<std::int64_t>(volume::size_in_bytes(volume.voxel_type()));
+  const std::int64_t voxels =
+      info.geometry.count() * static_cast<std::int64_t>(volume::size_in_bytes(volume.voxel_type()));
   require_memory(voxels + fourier::spectrum_bytes<T>(info), "volume and spectra", record);
   if (o.compensation != "none") {
-    const auto c = fourier::compensation(fourier::Filter(o.compensation, o.padding), info.geometry.dims, info.padded);
+    const auto c =
+        fourier::compensation(fourier::Filter(o.compensation, o.padding), info.geometry.dims, info.padded);
     record.result("largest_compensation", c.largest);
   }
   const auto plan = planning<T>(o);
-  const auto spectrum = record.repeated("transform", [&] { return fourier::transform<T>(info, model.sources, plan); });
+  const auto spectrum =
+      record.repeated("transform", [&] { return fourier::transform<T>(info, model.sources, plan); });
   if (!o.wisdom.empty()) fourier::write_wisdom<T>(o.wisdom);
   record.count("spectra", static_cast<std::int64_t>(info.names.size()));
   record.count("spectrum_bytes", fourier::spectrum_bytes<T>(info));
@@ -180,7 +189,8 @@ int inverse(const Options& o, cli::Record& record) {
   io::SpectrumFile file(o.input.path);
   const std::int64_t bytes = file.is_double() ? fourier::spectrum_bytes<double>(file.info())
                                               : fourier::spectrum_bytes<float>(file.info());
-  require_memory(bytes + file.info().geometry.count() * (file.is_double() ? 8 : 4), "spectra and volume", record);
+  require_memory(bytes + file.info().geometry.count() * (file.is_double() ? 8 : 4), "spectra and volume",
+                 record);
   auto volume = file.is_double() ? inverse_of<double>(file, o, record) : inverse_of<float>(file, o, record);
   volume.attributes = file.info().attributes;
   cli::save(o.output, volume, record);
@@ -197,13 +207,15 @@ int work(const Options& o, cli::Record& record) {
 int main(int argc, char** argv) {
   CLI::App app{
       "The centred half spectrum of a volume, for fvr-slice: padded, compensated for the filter it will be\n"
-      "resampled with, and for a shading or transfer-function model the spectra that its pictures are sums of."};
+      "resampled with, and for a shading or transfer-function model the spectra that its pictures are sums "
+      "of."};
   Options options;
   declare(app, options);
-  return cli::run(app,
-                  {.name = "vol-fft",
-                   .example = "vol-phantom gaussians -o - | vol-fft - -o spectrum.nrrd --pad 2 --compensate es:6",
-                   .references = "Totsuka & Levoy 1993; Cheng 2007",
-                   .repeats = true},
-                  argc, argv, [&](cli::Record& record) { return work(options, record); });
+  return cli::run(
+      app,
+      {.name = "vol-fft",
+       .example = "vol-phantom gaussians -o - | vol-fft - -o spectrum.nrrd --pad 2 --compensate es:6",
+       .references = "Totsuka & Levoy 1993; Cheng 2007",
+       .repeats = true},
+      argc, argv, [&](cli::Record& record) { return work(options, record); });
 }

@@ -16,9 +16,12 @@
 namespace vol::cli {
 
 void add_fvr_options(CLI::App& app, FvrOptions& o) {
-  app.add_option("input", o.input, "Spectrum of vol-fft (.nrrd); - is standard input")->required()->group("Files");
-  app.add_option("-o,--output", o.output,
-                 "Picture (.exr: R, G, B, A; .png); of several views numbered, -000 and so on; - is standard output")
+  app.add_option("input", o.input, "Spectrum of vol-fft (.nrrd); - is standard input")
+      ->required()
+      ->group("Files");
+  app.add_option(
+         "-o,--output", o.output,
+         "Picture (.exr: R, G, B, A; .png); of several views numbered, -000 and so on; - is standard output")
       ->required()
       ->group("Files");
   app.add_option("--format", o.format, "exr or png [by extension; exr]")->group("Files");
@@ -26,14 +29,18 @@ void add_fvr_options(CLI::App& app, FvrOptions& o) {
 
   const char* picture = "Picture (overrules the scene)";
   app.add_option("--size", o.size, "WIDTHxHEIGHT in pixels")->capture_default_str()->group(picture);
-  app.add_option("--view", o.views, "AZIMUTH,ELEVATION in degrees; may be given several times [0,0: along -z]")
+  app.add_option("--view", o.views,
+                 "AZIMUTH,ELEVATION in degrees; may be given several times [0,0: along -z]")
       ->take_all()
       ->group(picture);
   app.add_option("--turntable", o.turntable, "N views around the vertical axis, from the first --view on")
       ->check(CLI::Range(1, 100000))
       ->group(picture);
-  app.add_option("--width", o.width, "World width of the picture [1.6 longest edge]")->check(check_positive)->group(picture);
-  app.add_option("--exposure", o.exposure, "PNG: what values are multiplied by; auto: the first picture's largest becomes 1")
+  app.add_option("--width", o.width, "World width of the picture [1.6 longest edge]")
+      ->check(check_positive)
+      ->group(picture);
+  app.add_option("--exposure", o.exposure,
+                 "PNG: what values are multiplied by; auto: the first picture's largest becomes 1")
       ->capture_default_str()
       ->group(picture);
 
@@ -42,17 +49,23 @@ void add_fvr_options(CLI::App& app, FvrOptions& o) {
                  fourier::filter_names() + " [what the spectrum was compensated for, else catmull-rom]")
       ->group(accuracy);
   app.add_flag("--wrap", o.wrap,
-               "Slice at the picture's own frequencies: less work where the volume reaches beyond the picture, but it "
+               "Slice at the picture's own frequencies: less work where the volume reaches beyond the "
+               "picture, but it "
                "comes in again from the other side")
       ->group(accuracy);
 
   const char* model = "Model (what the spectra were made for)";
-  app.add_option("--control-points", o.control_points, "Bezier: one weight a spectrum [all 1]")->delimiter(',')->group(model);
-  app.add_option("--band-weights", o.band_weights, "Bands: one weight a spectrum [all 1]")->delimiter(',')->group(model);
+  app.add_option("--control-points", o.control_points, "Bezier: one weight a spectrum [all 1]")
+      ->delimiter(',')
+      ->group(model);
+  app.add_option("--band-weights", o.band_weights, "Bands: one weight a spectrum [all 1]")
+      ->delimiter(',')
+      ->group(model);
   app.add_option("--band-colours", o.band_colours, "Bands: R,G,B:R,G,B ..., linear, one a spectrum [white]")
       ->delimiter(':')
       ->group(model);
-  app.add_option("--light", o.light, "Directional: x,y,z toward the light, in world axes [toward the viewer]")->group(model);
+  app.add_option("--light", o.light, "Directional: x,y,z toward the light, in world axes [toward the viewer]")
+      ->group(model);
   app.add_option("--depth-cue", o.depth_cue, "Depth cue: strength t of t/2 (1 + V.D) [1]")
       ->check(check_non_negative)
       ->group(model);
@@ -64,7 +77,8 @@ std::vector<FvrView> fvr_views(const FvrOptions& o, Record& record) {
     record.input(o.scene);
     base = io::read_scene(o.scene).scene.view;
     if (base.projection == camera::Projection::perspective && !o.width) {
-      throw Error(o.scene.string() + ": has a perspective camera, Fourier volume rendering none; give --width");
+      throw Error(o.scene.string() +
+                  ": has a perspective camera, Fourier volume rendering none; give --width");
     }
   }
   if (o.width) base.width = o.width;
@@ -103,17 +117,22 @@ std::vector<FvrView> fvr_views(const FvrOptions& o, Record& record) {
 
 fourier::Filter fvr_filter(const FvrOptions& o, const fourier::SpectrumInfo& info, Record& record) {
   const bool compensated = info.compensation != "none";
-  fourier::Filter filter(!o.filter.empty() ? o.filter : compensated ? info.compensation : "catmull-rom", info.padding);
+  fourier::Filter filter(!o.filter.empty() ? o.filter
+                         : compensated     ? info.compensation
+                                           : "catmull-rom",
+                         info.padding);
   record.resolved("filter", filter.name());
   if (filter.name() == info.compensation) {
     if (filter.beta() > 0 && info.padding < 1.25) {
-      record.warn("es without padding: ghosts of 20 % and more where the object fills its box; vol-fft --pad 2 cures it");
+      record.warn(
+          "es without padding: ghosts of 20 % and more where the object fills its box; vol-fft --pad 2 cures "
+          "it");
     }
     return filter;
   }
   if (!filter.interpolates()) {
-    throw Error("--filter " + filter.name() + " needs a spectrum made with vol-fft --compensate " + filter.name() +
-                "; this one is compensated for " + info.compensation);
+    throw Error("--filter " + filter.name() + " needs a spectrum made with vol-fft --compensate " +
+                filter.name() + "; this one is compensated for " + info.compensation);
   }
   if (compensated) {
     record.warn("the spectrum is compensated for " + info.compensation + ", not for " + filter.name() +
@@ -127,7 +146,8 @@ namespace {
 std::vector<double> one_each(const std::vector<double>& given, std::size_t count, const char* option) {
   if (given.empty()) return std::vector<double>(count, 1.0);
   if (given.size() != count) {
-    throw Error(std::string(option) + ": " + std::to_string(given.size()) + " weights for " + std::to_string(count) + " spectra");
+    throw Error(std::string(option) + ": " + std::to_string(given.size()) + " weights for " +
+                std::to_string(count) + " spectra");
   }
   for (const double weight : given) {
     if (!std::isfinite(weight)) throw Error(std::string(option) + ": a weight is not finite");
@@ -144,7 +164,8 @@ void require_model(bool given, const char* option, const std::string& needed, co
 
 }  // namespace
 
-fourier::ChannelWeights fvr_weights(const FvrOptions& o, const fourier::SpectrumInfo& info, const camera::Camera& camera) {
+fourier::ChannelWeights fvr_weights(const FvrOptions& o, const fourier::SpectrumInfo& info,
+                                    const camera::Camera& camera) {
   require_model(!o.control_points.empty(), "--control-points", "bezier", info.model);
   require_model(!o.band_weights.empty(), "--band-weights", "bands", info.model);
   require_model(!o.band_colours.empty(), "--band-colours", "bands", info.model);
@@ -152,15 +173,18 @@ fourier::ChannelWeights fvr_weights(const FvrOptions& o, const fourier::Spectrum
   require_model(o.depth_cue.has_value(), "--depth-cue", "depth-cue", info.model);
   const std::size_t count = info.names.size();
   if (info.model == "depth-cue" || info.model == "directional") {
-    if (count != 4) throw Error("a " + info.model + " file has four spectra, this one " + std::to_string(count));
+    if (count != 4)
+      throw Error("a " + info.model + " file has four spectra, this one " + std::to_string(count));
     if (info.model == "depth-cue") return {fourier::depth_cue_weights(camera, o.depth_cue.value_or(1))};
-    return {fourier::directional_weights(o.light.empty() ? Vec3(-camera.direction()) : parse_vec3("--light", o.light))};
+    return {fourier::directional_weights(o.light.empty() ? Vec3(-camera.direction())
+                                                         : parse_vec3("--light", o.light))};
   }
   if (info.model == "bezier") return {one_each(o.control_points, count, "--control-points")};
   const auto weights = one_each(o.band_weights, count, "--band-weights");
   if (o.band_colours.empty()) return {weights};
   if (o.band_colours.size() != count) {
-    throw Error("--band-colours: " + std::to_string(o.band_colours.size()) + " colours for " + std::to_string(count) + " spectra");
+    throw Error("--band-colours: " + std::to_string(o.band_colours.size()) + " colours for " +
+                std::to_string(count) + " spectra");
   }
   fourier::ChannelWeights channels(3, weights);
   for (std::size_t f = 0; f < count; ++f) {
@@ -178,7 +202,8 @@ image::Image image_of(const std::vector<std::vector<float>>& planes, int width, 
     float* pixel = &image.pixels[4 * p];
     for (std::size_t c = 0; c < 3; ++c) pixel[c] = planes[planes.size() == 3 ? c : 0][p];
     pixel[3] = 1;
-    if (!std::isfinite(pixel[0] + pixel[1] + pixel[2])) throw Error("a pixel overflows float; scale the volume");
+    if (!std::isfinite(pixel[0] + pixel[1] + pixel[2]))
+      throw Error("a pixel overflows float; scale the volume");
   }
   return image;
 }
@@ -205,10 +230,12 @@ void fvr_pictures(const FvrOptions& o, const fourier::SpectrumInfo& info, const 
   std::vector<Job> jobs;
   for (const auto& v : views) {
     const camera::Camera camera(v.view, centre, longest, size[0], size[1]);
-    jobs.push_back({fourier::slice_view(info, camera, size[0], size[1], o.wrap), fvr_weights(o, info, camera)});
+    jobs.push_back(
+        {fourier::slice_view(info, camera, size[0], size[1], o.wrap), fvr_weights(o, info, camera)});
   }
   std::int64_t frames = 0;
-  // The pictures of a run are kept until they are written, so that drawing is timed by itself; of many, in lots.
+  // The pictures of a run are kept until they are written, so that drawing is timed by itself; of many, in
+  // lots.
   constexpr std::size_t kLot = 64;
   for (std::size_t first = 0; first < jobs.size(); first += kLot) {
     const std::size_t last = std::min(jobs.size(), first + kLot);
@@ -224,7 +251,8 @@ void fvr_pictures(const FvrOptions& o, const fourier::SpectrumInfo& info, const 
       image.attributes["precis.view"] = nlohmann::json{views[i].view.azimuth, views[i].view.elevation}.dump();
       if (exposure == 0) {
         float largest = 0;
-        for (const auto& plane : pictures[i - first]) largest = std::max(largest, *std::max_element(plane.begin(), plane.end()));
+        for (const auto& plane : pictures[i - first])
+          largest = std::max(largest, *std::max_element(plane.begin(), plane.end()));
         exposure = largest > 0 ? 1.0 / largest : 1.0;
       }
       record.timed("write", [&] {

@@ -11,8 +11,8 @@
 #include "fourier/slice.h"
 #include "image/image.h"
 
-// What fvr-slice and fvr-slice-gpu share: their options, the views of a run, the weights of a model, the pictures.
-// Target vol_cli_fvr.
+// What fvr-slice and fvr-slice-gpu share: their options, the views of a run, the weights of a model, the
+// pictures. Target vol_cli_fvr.
 namespace vol::cli {
 
 struct FvrOptions {
@@ -34,22 +34,25 @@ struct FvrView {
   camera::View view;
   std::filesystem::path output;
 };
-/// --scene, --view and --turntable put together. Of several views the pictures are numbered before their extension,
-/// picture-000.exr, picture-001.exr ... \throws vol::Error naming the option at fault
+/// --scene, --view and --turntable put together. Of several views the pictures are numbered before their
+/// extension, picture-000.exr, picture-001.exr ... \throws vol::Error naming the option at fault
 [[nodiscard]] std::vector<FvrView> fvr_views(const FvrOptions& o, Record& record);
 
 /// --filter, or the one the spectrum was compensated for, or catmull-rom. Warns where the two do not fit.
 /// \throws vol::Error for a filter that is right only compensated
-[[nodiscard]] fourier::Filter fvr_filter(const FvrOptions& o, const fourier::SpectrumInfo& info, Record& record);
+[[nodiscard]] fourier::Filter fvr_filter(const FvrOptions& o, const fourier::SpectrumInfo& info,
+                                         Record& record);
 
 /// What a view's channels are made of, one or three. \throws vol::Error where options and model do not fit
 [[nodiscard]] fourier::ChannelWeights fvr_weights(const FvrOptions& o, const fourier::SpectrumInfo& info,
                                                   const camera::Camera& camera);
 
 /// Draws one view: the planes of its channels, row by row from the top.
-using FvrDraw = std::function<std::vector<std::vector<float>>(const fourier::SliceView&, const fourier::ChannelWeights&)>;
+using FvrDraw =
+    std::function<std::vector<std::vector<float>>(const fourier::SliceView&, const fourier::ChannelWeights&)>;
 
-/// All pictures of the run, drawn by `draw` and written. Frames per second go into the record over all repetitions.
+/// All pictures of the run, drawn by `draw` and written. Frames per second go into the record over all
+/// repetitions.
 void fvr_pictures(const FvrOptions& o, const fourier::SpectrumInfo& info, const std::vector<FvrView>& views,
                   const FvrDraw& draw, Record& record);
 

@@ -58,7 +58,8 @@ Box smoothed(const volume::Volume& volume, double sigma) {
   if (radius == 0) return box;
   std::vector<double> kernel;
   double sum = 0;
-  for (int d = -radius; d <= radius; ++d) sum += kernel.emplace_back(std::exp(-0.5 * d * d / (sigma * sigma)));
+  for (int d = -radius; d <= radius; ++d)
+    sum += kernel.emplace_back(std::exp(-0.5 * d * d / (sigma * sigma)));
   for (int axis = 0; axis < 3; ++axis) {
     Box next(n);
     next.fill([&](std::int64_t i, std::int64_t j, std::int64_t k) {

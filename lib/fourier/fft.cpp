@@ -58,14 +58,15 @@ int narrow(std::int64_t n) {
 }  // namespace
 
 template <class T>
-ColumnTransform<T>::ColumnTransform(std::int64_t length, std::int64_t columns, std::int64_t stride, bool forward,
-                                    Planning planning) {
+ColumnTransform<T>::ColumnTransform(std::int64_t length, std::int64_t columns, std::int64_t stride,
+                                    bool forward, Planning planning) {
   const int n = narrow(length);
-  // Measuring overwrites what it plans on; estimating touches nothing, and the address alone is not looked at.
+  // Measuring overwrites what it plans on; estimating touches nothing, and the address alone is not looked
+  // at.
   Buffer<T> scratch(planning == Planning::measure ? static_cast<std::size_t>(2 * length * stride) : 2);
   auto* data = reinterpret_cast<typename Fftw<T>::Complex*>(scratch.data());
-  plan_ = Fftw<T>::many_dft(1, &n, narrow(columns), data, nullptr, narrow(stride), 1, data, nullptr, narrow(stride), 1,
-                            forward ? FFTW_FORWARD : FFTW_BACKWARD, flags(planning));
+  plan_ = Fftw<T>::many_dft(1, &n, narrow(columns), data, nullptr, narrow(stride), 1, data, nullptr,
+                            narrow(stride), 1, forward ? FFTW_FORWARD : FFTW_BACKWARD, flags(planning));
   if (plan_ == nullptr) throw Error("FFTW has no plan for " + std::to_string(length) + " points");
 }
 
@@ -118,12 +119,14 @@ void RowTransform<T>::run(T* row) const {
 
 template <class T>
 void read_wisdom(const std::filesystem::path& path) {
-  if (Fftw<T>::import_wisdom(path.c_str()) == 0) throw Error(path.string() + ": cannot be read as FFTW's wisdom");
+  if (Fftw<T>::import_wisdom(path.c_str()) == 0)
+    throw Error(path.string() + ": cannot be read as FFTW's wisdom");
 }
 
 template <class T>
 void write_wisdom(const std::filesystem::path& path) {
-  if (Fftw<T>::export_wisdom(path.c_str()) == 0) throw Error(path.string() + ": FFTW's wisdom cannot be written");
+  if (Fftw<T>::export_wisdom(path.c_str()) == 0)
+    throw Error(path.string() + ": FFTW's wisdom cannot be written");
 }
 
 std::int64_t next_fast_size(std::int64_t n, bool same_parity) {

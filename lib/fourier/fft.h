@@ -4,12 +4,13 @@
 #include "base/buffer.h"
 #include "base/vec.h"
 
-// The one header behind which FFTW lies. Every transform is cut into one-dimensional ones of a single thread each,
-// which parallel_for spreads: results do not depend on the number of threads, as those of FFTW's own threaded plans do.
+// The one header behind which FFTW lies. Every transform is cut into one-dimensional ones of a single thread
+// each, which parallel_for spreads: results do not depend on the number of threads, as those of FFTW's own
+// threaded plans do.
 namespace vol::fourier {
 
-/// estimate: the same plan, and so the same bits, every time. measure: faster plans, after seconds of trying, that
-/// may differ in the last bits from run to run unless wisdom is kept.
+/// estimate: the same plan, and so the same bits, every time. measure: faster plans, after seconds of trying,
+/// that may differ in the last bits from run to run unless wisdom is kept.
 enum class Planning { estimate, measure };
 
 /// Plans found by measuring, from and to a file; T = float and double each have files of their own.
@@ -24,7 +25,8 @@ void write_wisdom(const std::filesystem::path& path);
 template <class T>
 class ColumnTransform {
  public:
-  ColumnTransform(std::int64_t length, std::int64_t columns, std::int64_t stride, bool forward, Planning planning);
+  ColumnTransform(std::int64_t length, std::int64_t columns, std::int64_t stride, bool forward,
+                  Planning planning);
   ~ColumnTransform();
   ColumnTransform(const ColumnTransform&) = delete;
   ColumnTransform& operator=(const ColumnTransform&) = delete;
@@ -35,7 +37,8 @@ class ColumnTransform {
   void* plan_;
 };
 
-/// Real to complex rows (forward, exp(-2 pi i k n / length)) or back, in place: a row of 2 (length/2 + 1) reals.
+/// Real to complex rows (forward, exp(-2 pi i k n / length)) or back, in place: a row of 2 (length/2 + 1)
+/// reals.
 template <class T>
 class RowTransform {
  public:
@@ -49,7 +52,8 @@ class RowTransform {
   void* plan_;
 };
 
-/// Smallest size not below n whose only prime factors are 2, 3, 5 and 7, and which has n's parity if `same_parity`.
+/// Smallest size not below n whose only prime factors are 2, 3, 5 and 7, and which has n's parity if
+/// `same_parity`.
 [[nodiscard]] std::int64_t next_fast_size(std::int64_t n, bool same_parity = false);
 
 }  // namespace vol::fourier

@@ -12,9 +12,13 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-double sinc(double x) { return x == 0 ? 1.0 : std::sin(kPi * x) / (kPi * x); }
+double sinc(double x) {
+  return x == 0 ? 1.0 : std::sin(kPi * x) / (kPi * x);
+}
 
-double hat(double t) { return std::max(0.0, 1 - std::abs(t)); }
+double hat(double t) {
+  return std::max(0.0, 1 - std::abs(t));
+}
 
 /// Keys 1981 with a = -1/2.
 double catmull_rom(double t) {
@@ -63,7 +67,9 @@ int number_after(std::string_view name, std::size_t prefix) {
 
 }  // namespace
 
-std::string filter_names() { return "nearest, trilinear, catmull-rom, catmull-rom-fast, sinc:N, es:N"; }
+std::string filter_names() {
+  return "nearest, trilinear, catmull-rom, catmull-rom-fast, sinc:N, es:N";
+}
 
 Filter::Filter(std::string_view name, double padding) : name_(name) {
   if (!(padding >= 1)) throw Error("filter " + name_ + ": padding is at least 1");
@@ -91,7 +97,9 @@ Filter::Filter(std::string_view name, double padding) : name_(name) {
   }
 }
 
-bool Filter::interpolates() const { return kind_ != Kind::es && kind_ != Kind::catmull_rom_fast; }
+bool Filter::interpolates() const {
+  return kind_ != Kind::es && kind_ != Kind::catmull_rom_fast;
+}
 
 double Filter::weight(double t) const {
   const double half = 0.5 * taps_;
@@ -151,8 +159,8 @@ Filter::Polynomials Filter::polynomials() const {
       result.degree = 9;
       break;
     case Kind::es:
-      // The root at the kernel's ends bounds what any degree reaches there by about exp(-beta); this one is where
-      // that is reached (test of polynomials()).
+      // The root at the kernel's ends bounds what any degree reaches there by about exp(-beta); this one is
+      // where that is reached (test of polynomials()).
       result.degree = std::min(14, taps_ + 4);
       break;
   }

@@ -35,7 +35,9 @@ double slope(const Grid& grid, std::array<std::int64_t, 3> at, int axis) {
          static_cast<double>(hi[axis] - lo[axis]);
 }
 
-std::string axis_name(const char* of, int axis) { return std::string("f ") + of + "xyz"[axis]; }
+std::string axis_name(const char* of, int axis) {
+  return std::string("f ") + of + "xyz"[axis];
+}
 
 }  // namespace
 
@@ -57,7 +59,8 @@ Model depth_cue_model(const volume::Volume& volume) {
   for (int axis = 0; axis < 3; ++axis) {
     model.spectra.push_back(axis_name("D", axis));
     model.sources.push_back(each_voxel(volume, [=](double f, std::int64_t i, std::int64_t j, std::int64_t k) {
-      const Vec3 p = g.index_to_world(Vec3(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+      const Vec3 p =
+          g.index_to_world(Vec3(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
       return f * (p[axis] - centre[axis]) / (0.5 * diagonal);
     }));
   }
@@ -71,11 +74,13 @@ Model directional_model(const volume::Volume& volume) {
   for (int axis = 0; axis < 3; ++axis) {
     model.spectra.push_back(axis_name("N", axis));
     model.sources.push_back(volume::visit(volume, [&](const auto& grid) {
-      return each_voxel(volume, [&grid, to_world, axis](double f, std::int64_t i, std::int64_t j, std::int64_t k) {
-        const Vec3 gradient = to_world * Vec3(slope(grid, {i, j, k}, 0), slope(grid, {i, j, k}, 1), slope(grid, {i, j, k}, 2));
-        const double length = gradient.stableNorm();
-        return length > 0 ? -f * gradient[axis] / length : 0.0;
-      });
+      return each_voxel(
+          volume, [&grid, to_world, axis](double f, std::int64_t i, std::int64_t j, std::int64_t k) {
+            const Vec3 gradient = to_world * Vec3(slope(grid, {i, j, k}, 0), slope(grid, {i, j, k}, 1),
+                                                  slope(grid, {i, j, k}, 2));
+            const double length = gradient.stableNorm();
+            return length > 0 ? -f * gradient[axis] / length : 0.0;
+          });
     }));
   }
   return model;
@@ -84,7 +89,8 @@ Model directional_model(const volume::Volume& volume) {
 Model bezier_model(const volume::Volume& volume, int n, const volume::Range& range) {
   if (n < 1 || n > 16) throw Error("1 to 16 control points are possible, not " + std::to_string(n));
   if (!(range.max > range.min) || !std::isfinite(range.max - range.min)) {
-    throw Error("control points need a range of values with an extent; the volume is constant, or give --range");
+    throw Error(
+        "control points need a range of values with an extent; the volume is constant, or give --range");
   }
   Model model{"bezier", {}, {}};
   double binomial = 1;
@@ -114,7 +120,8 @@ Model bands_model(const volume::Volume& volume, const std::vector<Band>& bands, 
     const Dims n = volume.geometry().dims;
     model.spectra.emplace_back("edges");
     model.sources.push_back([found, n](std::int64_t j, std::int64_t k, std::span<double> row) {
-      for (std::size_t i = 0; i < row.size(); ++i) row[i] = (*found)[i + static_cast<std::size_t>(n[0] * (j + n[1] * k))];
+      for (std::size_t i = 0; i < row.size(); ++i)
+        row[i] = (*found)[i + static_cast<std::size_t>(n[0] * (j + n[1] * k))];
     });
   }
   if (model.spectra.empty()) throw Error("neither bands nor edges");

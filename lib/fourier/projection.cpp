@@ -13,8 +13,9 @@ namespace {
 constexpr std::int64_t kColumns = 16;  // of the slice, transformed together
 constexpr std::int64_t kRows = 8;      // of the slice or picture, a chunk for one thread
 
-/// Whole numbers k in [from, to] for which |a + k b| <= limit on every axis; empty where first > last. A little
-/// beyond the limit counts as on it: g is rounded, and the line at exactly Nyquist belongs to the slice.
+/// Whole numbers k in [from, to] for which |a + k b| <= limit on every axis; empty where first > last. A
+/// little beyond the limit counts as on it: g is rounded, and the line at exactly Nyquist belongs to the
+/// slice.
 struct Range {
   std::int64_t first, last;
 };
@@ -41,7 +42,8 @@ template <class T>
 std::vector<std::complex<T>> shifts(std::int64_t first, std::int64_t count, double x, std::int64_t n) {
   std::vector<std::complex<T>> result(static_cast<std::size_t>(count));
   for (std::int64_t i = 0; i < count; ++i) {
-    const double turns = std::remainder(static_cast<double>(first + i) * x, static_cast<double>(n)) / static_cast<double>(n);
+    const double turns =
+        std::remainder(static_cast<double>(first + i) * x, static_cast<double>(n)) / static_cast<double>(n);
     result[i] = std::complex<T>(std::polar(1.0, 2 * std::numbers::pi * turns));
   }
   return result;
@@ -100,11 +102,12 @@ void Projector<T>::line(const ChannelWeights& weights, const SliceLine& points, 
 
 /// Row q of the Hermitian slice, in FFT order: channel c at out + c * plane. Returns the points evaluated.
 template <class T>
-std::int64_t Projector<T>::slice_row(const SliceView& view, const ChannelWeights& weights, std::int64_t q, T* out,
-                                     std::int64_t columns) const {
+std::int64_t Projector<T>::slice_row(const SliceView& view, const ChannelWeights& weights, std::int64_t q,
+                                     T* out, std::int64_t columns) const {
   const Plans& plans = *plans_.at({view.width, view.height});
   const std::int64_t plane = 2 * plans.stride * view.height;
-  for (std::size_t c = 0; c < weights.size(); ++c) std::fill_n(out + static_cast<std::int64_t>(c) * plane, 2 * columns, T{0});
+  for (std::size_t c = 0; c < weights.size(); ++c)
+    std::fill_n(out + static_cast<std::int64_t>(c) * plane, 2 * columns, T{0});
   // A pixel's place from the slice's middle is i - (size - 1)/2, and the volume's centre lies at view.centre.
   const double to_x = -0.5 * static_cast<double>(view.width - 1) - view.centre_x;
   const double to_y = -0.5 * static_cast<double>(view.height - 1) - view.centre_y;
@@ -116,22 +119,25 @@ std::int64_t Projector<T>::slice_row(const SliceView& view, const ChannelWeights
     if (count <= 0) return;
     points += count;
     values.resize(weights.size() * static_cast<std::size_t>(count));
-    line(weights, {static_cast<double>(r.first) * view.per_x + static_cast<double>(ky) * view.per_y, view.per_x, count},
-         values.data());
+    line(
+        weights,
+        {static_cast<double>(r.first) * view.per_x + static_cast<double>(ky) * view.per_y, view.per_x, count},
+        values.data());
     const auto phase_x = shifts<T>(r.first, count, to_x, view.width);
     const auto phase_y = share * shifts<T>(ky, 1, to_y, view.height)[0];
     for (std::size_t c = 0; c < weights.size(); ++c) {
       T* row = out + static_cast<std::int64_t>(c) * plane;
       for (std::int64_t i = 0; i < count; ++i) {
-        const auto v = values[c * static_cast<std::size_t>(count) + static_cast<std::size_t>(i)] * (phase_x[i] * phase_y);
+        const auto v = values[c * static_cast<std::size_t>(count) + static_cast<std::size_t>(i)] *
+                       (phase_x[i] * phase_y);
         const std::int64_t column = std::abs(r.first + i);
         row[2 * column] += v.real();
         row[2 * column + 1] += v.imag();
       }
     }
   };
-  // Column width/2 of an even width is the mean of -width/2 and +width/2, row height/2 likewise; where both meet,
-  // of (-, -) and (+, +), which the real part pairs.
+  // Column width/2 of an even width is the mean of -width/2 and +width/2, row height/2 likewise; where both
+  // meet, of (-, -) and (+, +), which the real part pairs.
   const std::int64_t half_w = view.width / 2, half_h = view.height / 2;
   const bool even_w = view.width % 2 == 0, unpaired = view.height % 2 == 0 && q == half_h;
   const std::int64_t ky = q <= half_h ? q : q - view.height;
@@ -156,20 +162,23 @@ std::vector<Buffer<T>> Projector<T>::project(const SliceView& view, const Channe
   if (!plans) plans = std::make_unique<Plans>(view.width, view.height, weights.size());
   const std::int64_t row = 2 * plans->stride, plane = row * view.height;
   plans->slice.resize(weights.size() * static_cast<std::size_t>(plane));
-  const std::int64_t columns = std::min((used_columns(view) + kColumns - 1) / kColumns * kColumns, plans->stride);
+  const std::int64_t columns =
+      std::min((used_columns(view) + kColumns - 1) / kColumns * kColumns, plans->stride);
 
   points_ += parallel_reduce<std::int64_t>(
       0, view.height, kRows,
       [&](std::int64_t begin, std::int64_t end) {
         std::int64_t points = 0;
-        for (auto q = begin; q < end; ++q) points += slice_row(view, weights, q, plans->slice.data() + q * row, columns);
+        for (auto q = begin; q < end; ++q)
+          points += slice_row(view, weights, q, plans->slice.data() + q * row, columns);
         return points;
       },
       [](std::int64_t& sum, std::int64_t part) { sum += part; });
   times_.slice += timer.seconds();
 
   const Timer inverse_timer;
-  const std::int64_t skip_x = (view.width - view.picture_width) / 2, skip_y = (view.height - view.picture_height) / 2;
+  const std::int64_t skip_x = (view.width - view.picture_width) / 2,
+                     skip_y = (view.height - view.picture_height) / 2;
   std::vector<Buffer<T>> planes;
   for (std::size_t c = 0; c < weights.size(); ++c) {
     T* data = plans->slice.data() + static_cast<std::int64_t>(c) * plane;

@@ -7,13 +7,15 @@
 
 namespace vol::fourier {
 
-/// Pictures of one spectrum by the projection-slice theorem: slice, inverse transform, scale. A pixel is the sum over
-/// samples times world length: the real part of
+/// Pictures of one spectrum by the projection-slice theorem: slice, inverse transform, scale. A pixel is the
+/// sum over samples times world length: the real part of
 ///
-///     scale sum over kx, ky of F(kx per_x + ky per_y) exp(2 pi i (kx (x - centre_x) / width + ky (y - centre_y) / height))
+///     scale sum over kx, ky of F(kx per_x + ky per_y) exp(2 pi i (kx (x - centre_x) / width + ky (y -
+///     centre_y) / height))
 ///
-/// for kx = -floor(width/2) .. and ky likewise, x and y in pixels from the picture's middle. Of an even size the
-/// unpaired line thereby counts as the mean of both Nyquist lines. Plans and buffers are kept from picture to picture.
+/// for kx = -floor(width/2) .. and ky likewise, x and y in pixels from the picture's middle. Of an even size
+/// the unpaired line thereby counts as the mean of both Nyquist lines. Plans and buffers are kept from
+/// picture to picture.
 template <class T>
 class Projector {
  public:

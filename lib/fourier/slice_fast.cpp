@@ -29,9 +29,18 @@ void FastSlicer::line(const ChannelWeights& weights, const SliceLine& line, std:
   thread_local std::vector<std::complex<float>> values;
   if (!plain) values.resize(count * fields.size());
   std::complex<float>* values_out = plain ? out : values.data();
-  SliceJob job{fields.data(), static_cast<int>(fields.size()), source_.row_stride(), source_.slab_stride(), taps_, degree_,
-               single_.data(), pairs_.data(), {line.start[0], line.start[1], line.start[2]},
-               {line.step[0], line.step[1], line.step[2]}, line.count, reinterpret_cast<float*>(values_out)};
+  SliceJob job{fields.data(),
+               static_cast<int>(fields.size()),
+               source_.row_stride(),
+               source_.slab_stride(),
+               taps_,
+               degree_,
+               single_.data(),
+               pairs_.data(),
+               {line.start[0], line.start[1], line.start[2]},
+               {line.step[0], line.step[1], line.step[2]},
+               line.count,
+               reinterpret_cast<float*>(values_out)};
   slice_points(job);
   if (plain) return;
   for (std::size_t c = 0; c < weights.size(); ++c) {

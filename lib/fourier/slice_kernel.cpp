@@ -12,8 +12,8 @@ HWY_BEFORE_NAMESPACE();
 namespace vol::fourier::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Values of `count` polynomials at s by Horner's rule, rows of coefficients 16 or 32 apart. Products and sums are
-// rounded apart and every lane is for itself, so that all instruction sets give the same bits.
+// Values of `count` polynomials at s by Horner's rule, rows of coefficients 16 or 32 apart. Products and sums
+// are rounded apart and every lane is for itself, so that all instruction sets give the same bits.
 template <int kCount, int kRow>
 HWY_ATTR HWY_INLINE void polynomials(const float* HWY_RESTRICT coefficients, int degree, float s,
                                      float* HWY_RESTRICT values) {
@@ -21,13 +21,14 @@ HWY_ATTR HWY_INLINE void polynomials(const float* HWY_RESTRICT coefficients, int
   const auto at = hn::Set(tag, s);
   for (std::size_t l = 0; l < kCount; l += hn::Lanes(tag)) {
     auto v = hn::Load(tag, coefficients + degree * kRow + l);
-    for (int d = degree - 1; d >= 0; --d) v = hn::Add(hn::Mul(v, at), hn::Load(tag, coefficients + d * kRow + l));
+    for (int d = degree - 1; d >= 0; --d)
+      v = hn::Add(hn::Mul(v, at), hn::Load(tag, coefficients + d * kRow + l));
     hn::Store(v, tag, values + l);
   }
 }
 
-// One row of taps is 2 kTaps neighbouring floats (re, im, re, im ...): they are added up over the rows as they
-// stand, weighted by y and z, and only the sum is weighted by x and folded.
+// One row of taps is 2 kTaps neighbouring floats (re, im, re, im ...): they are added up over the rows as
+// they stand, weighted by y and z, and only the sum is weighted by x and folded.
 template <int kTaps>
 HWY_ATTR void points(const SliceJob& job) {
   constexpr std::size_t kReals = 2 * kTaps <= 4 ? 4 : (2 * kTaps + 7) / 8 * 8;
@@ -124,7 +125,9 @@ namespace vol::fourier {
 
 HWY_EXPORT(slice_points_here);
 
-void slice_points(const SliceJob& job) { HWY_DYNAMIC_DISPATCH(slice_points_here)(job); }
+void slice_points(const SliceJob& job) {
+  HWY_DYNAMIC_DISPATCH(slice_points_here)(job);
+}
 
 }  // namespace vol::fourier
 #endif

@@ -5,9 +5,11 @@
 
 namespace vol::fourier {
 
-SliceView slice_view(const SpectrumInfo& info, const camera::Camera& camera, int width, int height, bool wrap) {
+SliceView slice_view(const SpectrumInfo& info, const camera::Camera& camera, int width, int height,
+                     bool wrap) {
   if (camera.projection() != camera::Projection::orthographic) {
-    throw Error("Fourier volume rendering has orthographic views only; give --width instead of a field of view");
+    throw Error(
+        "Fourier volume rendering has orthographic views only; give --width instead of a field of view");
   }
   constexpr double kLargest = 32768;
   const volume::GridGeometry& g = info.geometry;
@@ -36,7 +38,8 @@ SliceView slice_view(const SpectrumInfo& info, const camera::Camera& camera, int
   };
   view.width = size(camera.right(), view.centre_x, width);
   view.height = size(down, view.centre_y, height);
-  const Vec3 m(static_cast<double>(info.padded[0]), static_cast<double>(info.padded[1]), static_cast<double>(info.padded[2]));
+  const Vec3 m(static_cast<double>(info.padded[0]), static_cast<double>(info.padded[1]),
+               static_cast<double>(info.padded[2]));
   view.per_x = m.cwiseProduct(steps.transpose() * camera.right()) / (static_cast<double>(view.width) * pitch);
   view.per_y = m.cwiseProduct(steps.transpose() * down) / (static_cast<double>(view.height) * pitch);
   view.nyquist = 0.5 * m;
@@ -68,7 +71,8 @@ void slice_line_plain(const SliceSource<T>& source, const Filter& filter, const 
         for (int b = 0; b < taps; ++b) {
           const T* row = source.at(f, first[0], first[1] + b, first[2] + c);
           std::complex<double> along_x = 0;
-          for (int a = 0; a < taps; ++a) along_x += w[0][a] * std::complex<double>(row[2 * a], row[2 * a + 1]);
+          for (int a = 0; a < taps; ++a)
+            along_x += w[0][a] * std::complex<double>(row[2 * a], row[2 * a + 1]);
           sum += w[1][b] * w[2][c] * along_x;
         }
       }
@@ -82,9 +86,9 @@ void slice_line_plain(const SliceSource<T>& source, const Filter& filter, const 
   }
 }
 
-template void slice_line_plain(const SliceSource<float>&, const Filter&, const ChannelWeights&, const SliceLine&,
-                               std::complex<double>*);
-template void slice_line_plain(const SliceSource<double>&, const Filter&, const ChannelWeights&, const SliceLine&,
-                               std::complex<double>*);
+template void slice_line_plain(const SliceSource<float>&, const Filter&, const ChannelWeights&,
+                               const SliceLine&, std::complex<double>*);
+template void slice_line_plain(const SliceSource<double>&, const Filter&, const ChannelWeights&,
+                               const SliceLine&, std::complex<double>*);
 
 }  // namespace vol::fourier

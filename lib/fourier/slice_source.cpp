@@ -41,7 +41,8 @@ Wrapped wrapped(std::int64_t k, std::int64_t n, std::int64_t m) {
 template <class T>
 std::int64_t SliceSource<T>::bytes(const SpectrumInfo& info, int taps) {
   const Extent e = extent(info, taps);
-  const auto reals = checked_product(checked_product(e.slab, 2 * e.half_z + 1), static_cast<std::int64_t>(info.names.size()));
+  const auto reals = checked_product(checked_product(e.slab, 2 * e.half_z + 1),
+                                     static_cast<std::int64_t>(info.names.size()));
   return checked_product(reals, sizeof(T));
 }
 
@@ -112,7 +113,8 @@ SliceSource<T> slice_source(const Spectrum<T>& spectrum, int taps) {
     parallel_for(0, m[2], 1, [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t k = begin; k < end; ++k) {
         for (std::int64_t j = 0; j < m[1]; ++j) {
-          std::copy_n(spectrum.fields[f].data() + (k * m[1] + j) * reals, reals, source.row(f, j - m[1] / 2, k - m[2] / 2));
+          std::copy_n(spectrum.fields[f].data() + (k * m[1] + j) * reals, reals,
+                      source.row(f, j - m[1] / 2, k - m[2] / 2));
         }
       }
     });

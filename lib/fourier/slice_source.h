@@ -3,9 +3,9 @@
 
 namespace vol::fourier {
 
-/// A spectrum as slices are taken from it: every row has a margin on both sides and rows continue past both ends of y
-/// and z, so that no tap of a filter asks whether it lies inside. The margins hold what the symmetries say is there:
-/// F[-k] = conj F[k], F[k + M_a] = (-1)^(n_a - 1) F[k].
+/// A spectrum as slices are taken from it: every row has a margin on both sides and rows continue past both
+/// ends of y and z, so that no tap of a filter asks whether it lies inside. The margins hold what the
+/// symmetries say is there: F[-k] = conj F[k], F[k + M_a] = (-1)^(n_a - 1) F[k].
 template <class T>
 class SliceSource {
  public:
@@ -18,11 +18,13 @@ class SliceSource {
   [[nodiscard]] const SpectrumInfo& info() const { return info_; }
   [[nodiscard]] int taps() const { return taps_; }
   [[nodiscard]] std::size_t fields() const { return fields_.size(); }
-  /// Element kx of row (ky, kz), at which real and imaginary part stand; |kx|, |ky|, |kz| may pass M/2 by taps/2 + 1.
+  /// Element kx of row (ky, kz), at which real and imaginary part stand; |kx|, |ky|, |kz| may pass M/2 by
+  /// taps/2 + 1.
   [[nodiscard]] const T* at(std::size_t field, std::int64_t kx, std::int64_t ky, std::int64_t kz) const {
     return fields_[field].data() + offset(kx, ky, kz);
   }
-  /// The row (ky, kz) proper, kx = 0 .. floor(Mx/2), to be filled in by whoever makes or reads the spectrum ...
+  /// The row (ky, kz) proper, kx = 0 .. floor(Mx/2), to be filled in by whoever makes or reads the spectrum
+  /// ...
   [[nodiscard]] T* row(std::size_t field, std::int64_t ky, std::int64_t kz) {
     return fields_[field].data() + offset(0, ky, kz);
   }

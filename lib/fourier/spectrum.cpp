@@ -16,12 +16,13 @@ namespace {
 constexpr std::int64_t kColumns = 32;  // columns transformed together: a cache line's worth and more
 
 /// exp(sign 2 pi i k c / M), for k = first, first + 1, ...; the angle is reduced exactly: 2 k c is whole.
-std::vector<std::complex<double>> phases(std::int64_t first, std::int64_t count, std::int64_t n, std::int64_t m,
-                                         int sign) {
+std::vector<std::complex<double>> phases(std::int64_t first, std::int64_t count, std::int64_t n,
+                                         std::int64_t m, int sign) {
   std::vector<std::complex<double>> result(static_cast<std::size_t>(count));
   for (std::int64_t i = 0; i < count; ++i) {
     const std::int64_t turns = ((first + i) * (n - 1)) % (2 * m);  // of half a turn over m
-    result[i] = std::polar(1.0, sign * std::numbers::pi * static_cast<double>(turns) / static_cast<double>(m));
+    result[i] =
+        std::polar(1.0, sign * std::numbers::pi * static_cast<double>(turns) / static_cast<double>(m));
   }
   return result;
 }
@@ -29,7 +30,8 @@ std::vector<std::complex<double>> phases(std::int64_t first, std::int64_t count,
 std::vector<double> axis_compensation(const Filter& filter, std::int64_t n, std::int64_t m) {
   std::vector<double> result(static_cast<std::size_t>(n));
   for (std::int64_t i = 0; i < n; ++i) {
-    const double w = filter.transform((static_cast<double>(i) - 0.5 * static_cast<double>(n - 1)) / static_cast<double>(m));
+    const double w = filter.transform((static_cast<double>(i) - 0.5 * static_cast<double>(n - 1)) /
+                                      static_cast<double>(m));
     if (!(std::abs(w) > 1e-12)) {
       throw Error("filter " + filter.name() + " lets nothing through at the volume's rim; use more padding");
     }
@@ -39,7 +41,9 @@ std::vector<double> axis_compensation(const Filter& filter, std::int64_t n, std:
 }
 
 /// (-1)^i where a change of sign from sample to sample centres the spectrum, which it does for an even size.
-double centring_sign(std::int64_t i, std::int64_t m) { return m % 2 == 0 && i % 2 != 0 ? -1.0 : 1.0; }
+double centring_sign(std::int64_t i, std::int64_t m) {
+  return m % 2 == 0 && i % 2 != 0 ? -1.0 : 1.0;
+}
 
 /// The columns [0, total) in batches of kColumns, the last one narrower.
 template <class T>
@@ -49,7 +53,8 @@ struct Columns {
   std::optional<ColumnTransform<T>> rest;
   Columns(std::int64_t length, std::int64_t all, std::int64_t stride, bool forward, Planning planning)
       : total(all), full(length, std::min(all, kColumns), stride, forward, planning) {
-    if (all > kColumns && all % kColumns != 0) rest.emplace(length, all % kColumns, stride, forward, planning);
+    if (all > kColumns && all % kColumns != 0)
+      rest.emplace(length, all % kColumns, stride, forward, planning);
   }
   void run(T* data) const {
     for (std::int64_t c = 0; c < total; c += kColumns) {
@@ -66,8 +71,8 @@ struct Layout {
       : n(info.geometry.dims), m(info.padded), row(2 * info.row_length()), slab(row * m[1]) {}
 };
 
-/// Brings rows (stride `row`) from FFT order to centred order, or back. For odd sizes only: even ones are centred by
-/// signs.
+/// Brings rows (stride `row`) from FFT order to centred order, or back. For odd sizes only: even ones are
+/// centred by signs.
 template <class T>
 void rotate_rows(T* slab, std::int64_t rows, std::int64_t row, bool to_centred) {
   const std::int64_t shift = to_centred ? rows - rows / 2 : rows / 2;  // the row that becomes the first
@@ -85,7 +90,8 @@ void rotate_slabs(T* rows, const Layout& l, bool to_centred) {
   }
 }
 
-/// Multiplies the rows at one y, index j, by the phase of the volume's centre; false where a number is not finite.
+/// Multiplies the rows at one y, index j, by the phase of the volume's centre; false where a number is not
+/// finite.
 template <class T>
 bool apply_phase(T* rows, const Layout& l, std::int64_t j, int sign) {
   const auto px = phases(0, l.row / 2, l.n[0], l.m[0], sign);
@@ -143,7 +149,8 @@ Compensation compensation(const Filter& filter, const Dims& dims, const Dims& pa
 
 template <class T>
 std::int64_t spectrum_bytes(const SpectrumInfo& info) {
-  return checked_product(checked_product(info.count(), 2 * sizeof(T)), static_cast<std::int64_t>(info.names.size()));
+  return checked_product(checked_product(info.count(), 2 * sizeof(T)),
+                         static_cast<std::int64_t>(info.names.size()));
 }
 
 namespace {
@@ -153,7 +160,9 @@ Compensation compensation_of(const SpectrumInfo& info) {
     return compensation(Filter(info.compensation, info.padding), info.geometry.dims, info.padded);
   }
   const Dims& n = info.geometry.dims;
-  const auto ones = [](std::int64_t count) { return std::vector<double>(static_cast<std::size_t>(count), 1.0); };
+  const auto ones = [](std::int64_t count) {
+    return std::vector<double>(static_cast<std::size_t>(count), 1.0);
+  };
   return {ones(n[0]), ones(n[1]), ones(n[2])};
 }
 
@@ -227,7 +236,8 @@ volume::Grid<T> inverse(Spectrum<T>& spectrum, std::size_t field, Planning plann
     }
   });
   volume::Grid<T> grid{spectrum.info.geometry, Buffer<T>(static_cast<std::size_t>(l.n[0] * l.n[1] * l.n[2]))};
-  const double scale = 1 / (static_cast<double>(l.m[0]) * static_cast<double>(l.m[1]) * static_cast<double>(l.m[2]));
+  const double scale =
+      1 / (static_cast<double>(l.m[0]) * static_cast<double>(l.m[1]) * static_cast<double>(l.m[2]));
   parallel_for(0, l.n[2], 1, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t k = begin; k < end; ++k) {
       T* slab = data.data() + k * l.slab;

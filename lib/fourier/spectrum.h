@@ -13,12 +13,12 @@ namespace vol::fourier {
 
 /// What a spectrum says of itself; the keys of its file.
 struct SpectrumInfo {
-  volume::GridGeometry geometry;      ///< of the volume that was transformed
-  Dims padded{1, 1, 1};               ///< M: the size of the transform per axis, at least the volume's
-  double padding = 1;                 ///< as asked for; M may be a little larger
-  std::string compensation = "none";  ///< filter whose attenuation was divided out
-  std::string model = "plain";        ///< plain, depth-cue, directional, bezier, bands
-  std::vector<std::string> names{"f"};           ///< of the spectra, in order
+  volume::GridGeometry geometry;        ///< of the volume that was transformed
+  Dims padded{1, 1, 1};                 ///< M: the size of the transform per axis, at least the volume's
+  double padding = 1;                   ///< as asked for; M may be a little larger
+  std::string compensation = "none";    ///< filter whose attenuation was divided out
+  std::string model = "plain";          ///< plain, depth-cue, directional, bezier, bands
+  std::vector<std::string> names{"f"};  ///< of the spectra, in order
   std::map<std::string, std::string> attributes;  ///< of the volume, and how it was made
 
   /// kx = 0 .. floor(Mx/2); ky and kz centred, index ky + floor(My/2).
@@ -33,8 +33,8 @@ struct SpectrumInfo {
 ///
 ///     F[kx, ky, kz] = sum over samples of f[i] exp(-2 pi i sum_a k_a (i_a - c_a) / M_a)
 ///
-/// as interleaved complex numbers, one buffer for each of info.names. F[-k] = conj F[k] gives the half that is not
-/// stored, and F[k + M_a] = (-1)^(n_a - 1) F[k] what lies outside.
+/// as interleaved complex numbers, one buffer for each of info.names. F[-k] = conj F[k] gives the half that
+/// is not stored, and F[k + M_a] = (-1)^(n_a - 1) F[k] what lies outside.
 template <class T>
 struct Spectrum {
   SpectrumInfo info;
@@ -60,9 +60,9 @@ template <class T>
 [[nodiscard]] std::int64_t spectrum_bytes(const SpectrumInfo& info);
 
 /// The spectra of `sources`, one for each of info.names; compensated as info says. Rows of padding are not
-/// transformed along x, slabs of padding neither along x nor y; phase and centring are applied while the data are in
-/// the cache. Threads: parallel_for; the same bits for any number of them.
-/// \throws vol::Error where a result is not finite
+/// transformed along x, slabs of padding neither along x nor y; phase and centring are applied while the data
+/// are in the cache. Threads: parallel_for; the same bits for any number of them. \throws vol::Error where a
+/// result is not finite
 template <class T>
 [[nodiscard]] Spectrum<T> transform(const SpectrumInfo& info, const std::vector<RowSource>& sources,
                                     Planning planning = Planning::estimate);
@@ -70,6 +70,7 @@ template <class T>
 /// The volume whose spectrum number `field` is: the inverse of transform(), padding cut, compensation undone.
 /// Overwrites that spectrum.
 template <class T>
-[[nodiscard]] volume::Grid<T> inverse(Spectrum<T>& spectrum, std::size_t field, Planning planning = Planning::estimate);
+[[nodiscard]] volume::Grid<T> inverse(Spectrum<T>& spectrum, std::size_t field,
+                                      Planning planning = Planning::estimate);
 
 }  // namespace vol::fourier

@@ -51,7 +51,8 @@ class Keys {
   explicit Keys(nrrd::Header& header) : header_(header) {}
   std::string text(const std::string& name) const {
     const auto found = header_.attributes.find(kPrefix + name);
-    if (found == header_.attributes.end()) throw Error(header_.name + ": spectrum without the key " + kPrefix + name);
+    if (found == header_.attributes.end())
+      throw Error(header_.name + ": spectrum without the key " + kPrefix + name);
     return found->second;
   }
   Dims dims(const std::string& name) const {
@@ -75,10 +76,12 @@ fourier::SpectrumInfo info_of(nrrd::Header& header) {
   fourier::SpectrumInfo info;
   volume::GridGeometry& g = info.geometry;
   g.dims = keys.dims("dims");
-  const auto spacing = keys.numbers("spacing", 3), origin = keys.numbers("origin", 3), direction = keys.numbers("direction", 9);
+  const auto spacing = keys.numbers("spacing", 3), origin = keys.numbers("origin", 3),
+             direction = keys.numbers("direction", 9);
   g.spacing = Vec3(spacing[0], spacing[1], spacing[2]);
   g.origin = Vec3(origin[0], origin[1], origin[2]);
-  for (int c = 0; c < 3; ++c) g.direction.col(c) = Vec3(direction[3 * c], direction[3 * c + 1], direction[3 * c + 2]);
+  for (int c = 0; c < 3; ++c)
+    g.direction.col(c) = Vec3(direction[3 * c], direction[3 * c + 1], direction[3 * c + 2]);
   const std::string space = keys.text("space");
   for (const auto s : {volume::Space::none, volume::Space::lps, volume::Space::ras}) {
     if (space == volume::name(s)) g.space = s;
@@ -110,16 +113,20 @@ void write_spectrum(const std::filesystem::path& path, const fourier::Spectrum<T
   const fourier::SpectrumInfo& info = spectrum.info;
   const bool several = info.names.size() > 1;
   std::string header = std::string("NRRD0005\ntype: ") + (sizeof(T) == 8 ? "double" : "float") +
-                       "\ndimension: " + (several ? "5" : "4") + "\nsizes: 2 " + std::to_string(info.row_length()) + " " +
-                       std::to_string(info.padded[1]) + " " + std::to_string(info.padded[2]);
+                       "\ndimension: " + (several ? "5" : "4") + "\nsizes: 2 " +
+                       std::to_string(info.row_length()) + " " + std::to_string(info.padded[1]) + " " +
+                       std::to_string(info.padded[2]);
   if (several) header += " " + std::to_string(info.names.size());
-  header += std::string("\nkinds: complex domain domain domain") + (several ? " list" : "") + "\nendian: little\nencoding: raw\n";
+  header += std::string("\nkinds: complex domain domain domain") + (several ? " list" : "") +
+            "\nendian: little\nencoding: raw\n";
   auto all = info.attributes;
   for (const auto& [key, value] : attributes) all[key] = value;
   for (const auto& [key, value] : keys_of(info)) all[key] = value;
   for (const auto& [key, value] : all) {
     // A volume's attribute that the syntax cannot hold is no loss to its spectrum.
-    if (key.empty() || key[0] == '#' || key.find(':') != std::string::npos || value.find('\r') != std::string::npos) continue;
+    if (key.empty() || key[0] == '#' || key.find(':') != std::string::npos ||
+        value.find('\r') != std::string::npos)
+      continue;
     header += escaped(key) + ":=" + escaped(value) + "\n";
   }
   OutputFile out(path);
@@ -129,19 +136,22 @@ void write_spectrum(const std::filesystem::path& path, const fourier::Spectrum<T
 }
 
 SpectrumFile::SpectrumFile(const std::filesystem::path& path) : file_(path) {
-  if (!file_.peek(4).starts_with("NRRD")) throw Error(display_name(path) + ": is not a spectrum; make one with vol-fft");
+  if (!file_.peek(4).starts_with("NRRD"))
+    throw Error(display_name(path) + ": is not a spectrum; make one with vol-fft");
   nrrd::Header header = nrrd::read_header(file_);
   info_ = info_of(header);
   const auto type = nrrd::voxel_type(header);
   is_double_ = type == volume::VoxelType::f64;
-  if (!volume::is_floating_point(type)) throw Error(header.name + ": spectrum of a type other than float and double");
+  if (!volume::is_floating_point(type))
+    throw Error(header.name + ": spectrum of a type other than float and double");
   std::vector<std::int64_t> expected{2, info_.row_length(), info_.padded[1], info_.padded[2]};
   const auto fields = static_cast<std::int64_t>(info_.names.size());
   if (fields > 1) expected.push_back(fields);
   const std::string& dimension = header.need("dimension");
   if (parse_integer(header.field("dimension"), dimension) != static_cast<std::int64_t>(expected.size()) ||
       parse_integers(header.field("sizes"), header.need("sizes"), expected.size()) != expected) {
-    throw Error(header.name + ": sizes " + header.need("sizes") + " are not those of the spectrum that its keys describe");
+    throw Error(header.name + ": sizes " + header.need("sizes") +
+                " are not those of the spectrum that its keys describe");
   }
   if (lower_case(header.need("encoding")) != "raw" || lower_case(header.need("endian")) != "little" ||
       header.find("datafile") != nullptr) {
@@ -157,7 +167,8 @@ fourier::SliceSource<T> SpectrumFile::read_slice_source(int taps) {
   const std::size_t bytes = static_cast<std::size_t>(2 * info_.row_length()) * sizeof(T);
   for (std::size_t f = 0; f < info_.names.size(); ++f) {
     for (std::int64_t k = 0; k < m[2]; ++k) {
-      for (std::int64_t j = 0; j < m[1]; ++j) file_.read_exactly(source.row(f, j - m[1] / 2, k - m[2] / 2), bytes);
+      for (std::int64_t j = 0; j < m[1]; ++j)
+        file_.read_exactly(source.row(f, j - m[1] / 2, k - m[2] / 2), bytes);
     }
   }
   source.fill_margins();

@@ -8,16 +8,16 @@
 
 namespace vol::io {
 
-/// Writes spectra as NRRD: axes complex (2), kx 0 .. floor(Mx/2), ky and kz centred at floor(M/2), and one more where
-/// there are several spectra; float or double. Keys: precis.kind = spectrum, and below precis.spectrum. the volume's
-/// dims, spacing, origin, direction and space, and padded (M), padding, compensation, model, names (one a line).
-/// `attributes` and those of the spectrum's info go in beside them.
+/// Writes spectra as NRRD: axes complex (2), kx 0 .. floor(Mx/2), ky and kz centred at floor(M/2), and one
+/// more where there are several spectra; float or double. Keys: precis.kind = spectrum, and below
+/// precis.spectrum. the volume's dims, spacing, origin, direction and space, and padded (M), padding,
+/// compensation, model, names (one a line). `attributes` and those of the spectrum's info go in beside them.
 template <class T>
 void write_spectrum(const std::filesystem::path& path, const fourier::Spectrum<T>& spectrum,
                     const std::map<std::string, std::string>& attributes);
 
-/// A spectrum file whose header has been read and checked: sizes against keys and, where the file's size is known,
-/// data against sizes. Data follow when asked for, straight to their place.
+/// A spectrum file whose header has been read and checked: sizes against keys and, where the file's size is
+/// known, data against sizes. Data follow when asked for, straight to their place.
 class SpectrumFile {
  public:
   /// \throws vol::Error naming the file, for what is no spectrum too

@@ -8,7 +8,8 @@
 #include "camera/camera.h"
 #include "volume/volume.h"
 
-// The sums of lib/README.md as they are written, without a fast transform: what everything here is held against.
+// The sums of lib/README.md as they are written, without a fast transform: what everything here is held
+// against.
 namespace vol::fourier_test {
 
 using Complex = std::complex<double>;
@@ -62,9 +63,10 @@ inline Complex direct_sum(const volume::Grid<double>& f, const Vec3& kappa) {
   return sum;
 }
 
-/// The picture that the projection-slice theorem defines: every frequency of the picture by direct_sum, 0 beyond the
-/// Nyquist box, the real part of the complex inverse sum.
-inline Picture direct_picture(const volume::Grid<double>& f, const camera::Camera& camera, int width, int height) {
+/// The picture that the projection-slice theorem defines: every frequency of the picture by direct_sum, 0
+/// beyond the Nyquist box, the real part of the complex inverse sum.
+inline Picture direct_picture(const volume::Grid<double>& f, const camera::Camera& camera, int width,
+                              int height) {
   const auto& g = f.geometry;
   const Mat3 steps = g.direction * g.spacing.asDiagonal();
   const double pitch = camera.width() / width;
@@ -92,7 +94,8 @@ inline Picture direct_picture(const volume::Grid<double>& f, const camera::Camer
       Complex sum = 0;
       for (int b = 0; b < height; ++b) {
         const double ny = (b - height / 2) / (height * pitch);
-        sum += rows[static_cast<std::size_t>(b * width + x)] * std::polar(1.0, 2 * std::numbers::pi * ny * at);
+        sum +=
+            rows[static_cast<std::size_t>(b * width + x)] * std::polar(1.0, 2 * std::numbers::pi * ny * at);
       }
       picture[static_cast<std::size_t>(y * width + x)] = scale * sum.real();
     }
@@ -113,7 +116,8 @@ double relative_l2(const A& picture, const B& truth) {
 template <class A, class B>
 double largest_difference(const A& picture, const B& truth) {
   double largest = 0;
-  for (std::size_t i = 0; i < truth.size(); ++i) largest = std::max(largest, std::abs(picture[i] - double(truth[i])));
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    largest = std::max(largest, std::abs(picture[i] - double(truth[i])));
   return largest;
 }
 

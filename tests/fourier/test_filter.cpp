@@ -9,10 +9,13 @@
 namespace vol::fourier {
 namespace {
 
-double sinc(double x) { return x == 0 ? 1 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x); }
+double sinc(double x) {
+  return x == 0 ? 1 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x);
+}
 
-const char* const kNames[] = {"nearest", "trilinear", "catmull-rom", "catmull-rom-fast", "sinc:5", "sinc:8", "es:4",
-                              "es:5",    "es:6",      "es:8",        "es:12",            "es:16"};
+const char* const kNames[] = {"nearest", "trilinear", "catmull-rom", "catmull-rom-fast",
+                              "sinc:5",  "sinc:8",    "es:4",        "es:5",
+                              "es:6",    "es:8",      "es:12",       "es:16"};
 
 TEST(Filter, TransformsAreTheClosedForms) {
   for (const double x : {0.0, 1e-9, 0.1, 0.25, 0.4999, 1.3}) {
@@ -30,8 +33,8 @@ TEST(Filter, TransformsAreTheClosedForms) {
   }
 }
 
-// The quadrature of transform() against the trapezoid rule, which converges for the semicircle only as its jump of
-// exp(-beta) at the ends allows: enough to catch a wrong stretch or piece.
+// The quadrature of transform() against the trapezoid rule, which converges for the semicircle only as its
+// jump of exp(-beta) at the ends allows: enough to catch a wrong stretch or piece.
 TEST(Filter, TransformOfTheSemicircleIsItsIntegral) {
   for (const char* name : {"es:4", "es:9", "sinc:5"}) {
     const Filter filter(name, 2);
@@ -52,12 +55,13 @@ TEST(Filter, InterpolatingKernelsAreOneAtZeroAndZeroAtOtherGridPoints) {
     const Filter filter(name, 2);
     if (!filter.interpolates()) continue;
     EXPECT_EQ(filter.weight(0), 1) << name;
-    for (int k = 1; 2 * k < filter.taps(); ++k) EXPECT_NEAR(filter.weight(k), 0, 1e-16) << name << " at " << k;
+    for (int k = 1; 2 * k < filter.taps(); ++k)
+      EXPECT_NEAR(filter.weight(k), 0, 1e-16) << name << " at " << k;
   }
 }
 
-// The promise of polynomials(): float's rounding of the largest weight, or the height of es at its ends, where its
-// derivative is infinite.
+// The promise of polynomials(): float's rounding of the largest weight, or the height of es at its ends,
+// where its derivative is infinite.
 TEST(Filter, PolynomialsAreTheWeights) {
   for (const char* name : kNames) {
     for (const double padding : {1.0, 1.5, 2.0, 4.0}) {

@@ -42,7 +42,8 @@ Picture picture(const volume::Grid<double>& f, const Scene& s) {
   const Filter filter(s.filter, s.padding);
   const auto source = slice_source(spectrum, filter.taps());
   Projector<T> projector(source, filter, s.plain);
-  const auto planes = projector.project(slice_view(info, camera_of(f.geometry, s), s.width, s.height, s.wrap), {{1.0}});
+  const auto planes =
+      projector.project(slice_view(info, camera_of(f.geometry, s), s.width, s.height, s.wrap), {{1.0}});
   return {planes[0].begin(), planes[0].end()};
 }
 
@@ -52,7 +53,8 @@ volume::GridGeometry cube(std::int64_t n) {
   return g;
 }
 
-// ---- axis-aligned: plain sums ------------------------------------------------------------------------------------
+// ---- axis-aligned: plain sums
+// ------------------------------------------------------------------------------------
 
 // Spacing along x and y alike, so that square pixels can be those of the volume.
 volume::GridGeometry square_pixels(const Dims& dims) {
@@ -86,27 +88,39 @@ TEST_P(AxisAligned, ViewsAreSumsOfVoxels) {
   for (const double padding : {1.0, 2.0, 4.0}) {
     for (const char* filter : {"nearest", "trilinear", "catmull-rom", "sinc:5", "sinc:6"}) {
       for (const bool wrap : {true, false}) {
-        Scene s{.padding = padding, .filter = filter, .width = int(f.dims()[0]), .height = int(f.dims()[1]), .pitch = 0.8,
+        Scene s{.padding = padding,
+                .filter = filter,
+                .width = int(f.dims()[0]),
+                .height = int(f.dims()[1]),
+                .pitch = 0.8,
                 .wrap = wrap};
-        EXPECT_LT(largest_difference(picture<double>(f, s), truth), 1e-13 * range) << filter << " padding " << padding;
-        EXPECT_LT(largest_difference(picture<float>(f, s), truth), 1e-6 * range) << filter << " padding " << padding;
+        EXPECT_LT(largest_difference(picture<double>(f, s), truth), 1e-13 * range)
+            << filter << " padding " << padding;
+        EXPECT_LT(largest_difference(picture<float>(f, s), truth), 1e-6 * range)
+            << filter << " padding " << padding;
         s.plain = true;
-        EXPECT_LT(largest_difference(picture<float>(f, s), truth), 1e-6 * range) << filter << " padding " << padding;
+        EXPECT_LT(largest_difference(picture<float>(f, s), truth), 1e-6 * range)
+            << filter << " padding " << padding;
       }
     }
     // es to its own tolerance, which is what compensation is right to.
     if (padding == 1) continue;
-    for (const auto& [filter, bound] : {std::pair{"es:4", 2e-3}, {"es:6", 3e-5}, {"es:8", 5e-7}, {"es:12", 1e-10}}) {
-      Scene s{.padding = padding, .filter = filter, .compensation = filter, .width = int(f.dims()[0]),
-              .height = int(f.dims()[1]), .pitch = 0.8};
+    for (const auto& [filter, bound] :
+         {std::pair{"es:4", 2e-3}, {"es:6", 3e-5}, {"es:8", 5e-7}, {"es:12", 1e-10}}) {
+      Scene s{.padding = padding,
+              .filter = filter,
+              .compensation = filter,
+              .width = int(f.dims()[0]),
+              .height = int(f.dims()[1]),
+              .pitch = 0.8};
       EXPECT_LT(relative_l2(picture<double>(f, s), truth), bound) << filter << " padding " << padding;
     }
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, AxisAligned,
-                         testing::Values(Dims{16, 16, 16}, Dims{15, 12, 9}, Dims{12, 17, 1}, Dims{1, 9, 6}, Dims{13, 1, 7},
-                                         Dims{1, 1, 5}, Dims{31, 23, 10}));
+                         testing::Values(Dims{16, 16, 16}, Dims{15, 12, 9}, Dims{12, 17, 1}, Dims{1, 9, 6},
+                                         Dims{13, 1, 7}, Dims{1, 1, 5}, Dims{31, 23, 10}));
 
 TEST(Projection, ConstantOnALargeOffsetStaysConstant) {
   auto f = grid_of(square_pixels({24, 24, 24}));
@@ -118,7 +132,8 @@ TEST(Projection, ConstantOnALargeOffsetStaysConstant) {
   EXPECT_LT(largest_difference(picture<float>(f, s), truth), 1e-6 * truth[0]);
 }
 
-// ---- against the direct sum --------------------------------------------------------------------------------------
+// ---- against the direct sum
+// --------------------------------------------------------------------------------------
 
 TEST(Projection, AnyViewOfAnySizeIsTheDirectSumToTheFiltersTolerance) {
   struct Case {
@@ -126,14 +141,26 @@ TEST(Projection, AnyViewOfAnySizeIsTheDirectSumToTheFiltersTolerance) {
     int width, height;
     double pitch;
   };
-  for (const Case& c : {Case{{7, 11, 13}, 17, 20, 1.1}, {{8, 6, 10}, 16, 12, 1.6}, {{9, 4, 5}, 12, 15, 0.7},
-                        {{1, 9, 6}, 14, 14, 1.3}, {{5, 1, 8}, 13, 18, 1.2}, {{1, 1, 1}, 8, 6, 0.3}}) {
+  for (const Case& c : {Case{{7, 11, 13}, 17, 20, 1.1},
+                        {{8, 6, 10}, 16, 12, 1.6},
+                        {{9, 4, 5}, 12, 15, 0.7},
+                        {{1, 9, 6}, 14, 14, 1.3},
+                        {{5, 1, 8}, 13, 18, 1.2},
+                        {{1, 1, 1}, 8, 6, 0.3}}) {
     const auto f = white_noise(oblique_geometry(c.dims), 7);
     for (const auto& [azimuth, elevation] : {std::pair{0.0, 0.0}, {25.0, 40.0}, {-130.0, 90.0}}) {
-      Scene s{.padding = 2, .filter = "es:12", .compensation = "es:12", .azimuth = azimuth, .elevation = elevation,
-              .width = c.width, .height = c.height, .pitch = c.pitch, .offset = Vec3(0.4, -0.2, 0.9)};
+      Scene s{.padding = 2,
+              .filter = "es:12",
+              .compensation = "es:12",
+              .azimuth = azimuth,
+              .elevation = elevation,
+              .width = c.width,
+              .height = c.height,
+              .pitch = c.pitch,
+              .offset = Vec3(0.4, -0.2, 0.9)};
       const Picture truth = direct_picture(f, camera_of(f.geometry, s), c.width, c.height);
-      // Noise up to Nyquist meets the kernel's margin at its worst: ten times the tolerance of band-limited noise.
+      // Noise up to Nyquist meets the kernel's margin at its worst: ten times the tolerance of band-limited
+      // noise.
       EXPECT_LT(relative_l2(picture<double>(f, s), truth), 1e-9)
           << c.dims[0] << "x" << c.dims[1] << "x" << c.dims[2] << " view " << azimuth << "," << elevation;
     }
@@ -146,7 +173,8 @@ volume::Grid<double> band_limited_noise(std::int64_t n, double share) {
   const auto top = static_cast<int>(share * static_cast<double>(n) / 2);
   std::vector<double> low(static_cast<std::size_t>(n));  // periodic kernel
   for (std::int64_t i = 0; i < n; ++i) {
-    for (int k = -top; k <= top; ++k) low[i] += std::cos(2 * std::numbers::pi * k * double(i) / double(n)) / double(n);
+    for (int k = -top; k <= top; ++k)
+      low[i] += std::cos(2 * std::numbers::pi * k * double(i) / double(n)) / double(n);
   }
   const std::int64_t strides[3] = {1, n, n * n};
   std::vector<double> line(static_cast<std::size_t>(n));
@@ -163,7 +191,8 @@ volume::Grid<double> band_limited_noise(std::int64_t n, double share) {
   return f;
 }
 
-// The figures of the literature's kernel and of the kernels before it, on one oblique view, over the whole picture.
+// The figures of the literature's kernel and of the kernels before it, on one oblique view, over the whole
+// picture.
 TEST(Projection, BandLimitedNoiseSeenObliquely) {
   const auto f = band_limited_noise(64, 0.8);
   Scene s{.padding = 2, .azimuth = 33, .elevation = 21, .width = 64, .height = 64};
@@ -184,17 +213,20 @@ TEST(Projection, BandLimitedNoiseSeenObliquely) {
                         {"sinc:5", "sinc:5", 0.02, 0.02}}) {
     s.filter = c.filter;
     s.compensation = c.compensation;
-    const double error = relative_l2(picture<double>(f, s), truth), float_error = relative_l2(picture<float>(f, s), truth);
-    std::printf("%-12s compensated for %-12s relative L2 %.2e, float %.2e\n", c.filter, c.compensation, error, float_error);
+    const double error = relative_l2(picture<double>(f, s), truth),
+                 float_error = relative_l2(picture<float>(f, s), truth);
+    std::printf("%-12s compensated for %-12s relative L2 %.2e, float %.2e\n", c.filter, c.compensation, error,
+                float_error);
     EXPECT_LT(error, c.bound) << c.filter << " " << c.compensation;
     EXPECT_LT(float_error, c.float_bound) << c.filter << " " << c.compensation;
   }
 }
 
-// ---- closed form --------------------------------------------------------------------------------------------------
+// ---- closed form
+// --------------------------------------------------------------------------------------------------
 
-// A Gaussian of sigma = 1.6 steps has exp(-2 pi^2 1.6^2 / 4) = 3e-6 of itself beyond Nyquist, and one five sigma from
-// the rim exp(-25/2) = 4e-6 outside: the sum over samples is the integral to that.
+// A Gaussian of sigma = 1.6 steps has exp(-2 pi^2 1.6^2 / 4) = 3e-6 of itself beyond Nyquist, and one five
+// sigma from the rim exp(-25/2) = 4e-6 outside: the sum over samples is the integral to that.
 TEST(Projection, GaussiansAtAnyAngleAreTheirClosedForm) {
   volume::GridGeometry g;
   g.dims = {32, 30, 35};
@@ -211,9 +243,18 @@ TEST(Projection, GaussiansAtAnyAngleAreTheirClosedForm) {
       }
     }
   }
-  for (const auto& [azimuth, elevation] : {std::pair{0.0, 0.0}, {90.0, 0.0}, {0.0, 90.0}, {37.0, -22.0}, {200.0, 61.0}}) {
-    Scene s{.padding = 2, .filter = "es:8", .compensation = "es:8", .azimuth = azimuth, .elevation = elevation, .width = 51,
-            .height = 40, .pitch = 0.9, .wrap = false, .offset = Vec3(1, 2, 3)};
+  for (const auto& [azimuth, elevation] :
+       {std::pair{0.0, 0.0}, {90.0, 0.0}, {0.0, 90.0}, {37.0, -22.0}, {200.0, 61.0}}) {
+    Scene s{.padding = 2,
+            .filter = "es:8",
+            .compensation = "es:8",
+            .azimuth = azimuth,
+            .elevation = elevation,
+            .width = 51,
+            .height = 40,
+            .pitch = 0.9,
+            .wrap = false,
+            .offset = Vec3(1, 2, 3)};
     const auto camera = camera_of(g, s);
     Picture truth;
     for (int y = 0; y < s.height; ++y) {
@@ -230,23 +271,33 @@ TEST(Projection, GaussiansAtAnyAngleAreTheirClosedForm) {
   }
 }
 
-// ---- the fast path -----------------------------------------------------------------------------------------------
+// ---- the fast path
+// -----------------------------------------------------------------------------------------------
 
 TEST(Projection, TheFastSliceIsThePlainOne) {
   const auto f = white_noise(oblique_geometry({21, 18, 25}), 13);
-  for (const char* filter : {"nearest", "trilinear", "catmull-rom", "catmull-rom-fast", "sinc:5", "sinc:8", "sinc:16", "es:4",
-                             "es:5", "es:6", "es:7", "es:8", "es:10", "es:11", "es:12", "es:13", "es:16"}) {
-    Scene s{.padding = 1.5, .filter = filter, .azimuth = 17, .elevation = -48, .width = 40, .height = 33, .pitch = 1.1};
+  for (const char* filter :
+       {"nearest", "trilinear", "catmull-rom", "catmull-rom-fast", "sinc:5", "sinc:8", "sinc:16", "es:4",
+        "es:5", "es:6", "es:7", "es:8", "es:10", "es:11", "es:12", "es:13", "es:16"}) {
+    Scene s{.padding = 1.5,
+            .filter = filter,
+            .azimuth = 17,
+            .elevation = -48,
+            .width = 40,
+            .height = 33,
+            .pitch = 1.1};
     if (!Filter(filter, 1.5).interpolates()) s.compensation = filter;
     const auto fast = picture<float>(f, s);
     s.plain = true;
     const auto plain = picture<float>(f, s);
-    // Some roundings of float, 6e-8 each: white in the spectrum, so evenly spread over the volume, where compensation
-    // has raised each sample by W(0)/W; and what polynomials() promises of es.
+    // Some roundings of float, 6e-8 each: white in the spectrum, so evenly spread over the volume, where
+    // compensation has raised each sample by W(0)/W; and what polynomials() promises of es.
     const Filter w(filter, 1.5);
     double raised = 0;
     for (int i = 0; i < 25; ++i) raised += std::pow(w.transform(0) / w.transform((i - 12) / 37.5), 2) / 25;
-    EXPECT_LT(relative_l2(fast, plain), 5e-7 * std::pow(raised, 1.5) + (w.beta() > 0 ? std::exp(-w.beta()) : 0)) << filter;
+    EXPECT_LT(relative_l2(fast, plain),
+              5e-7 * std::pow(raised, 1.5) + (w.beta() > 0 ? std::exp(-w.beta()) : 0))
+        << filter;
   }
 }
 
@@ -260,7 +311,8 @@ TEST(Projection, ThreadsDoNotCount) {
   set_thread_count(0);
 }
 
-// A picture of a part of the volume: what lies outside comes in from the other side if the slice is not widened.
+// A picture of a part of the volume: what lies outside comes in from the other side if the slice is not
+// widened.
 TEST(Projection, APartOfTheVolumeIsAPartOfThePicture) {
   auto f = grid_of(cube(24));
   Rng rng(15);
@@ -271,7 +323,13 @@ TEST(Projection, APartOfTheVolumeIsAPartOfThePicture) {
       f.voxels[static_cast<std::size_t>(n)] += std::exp(-(p - at).squaredNorm() / (2 * 1.6 * 1.6));
     }
   }
-  Scene s{.padding = 2, .filter = "es:8", .compensation = "es:8", .azimuth = 30, .elevation = 20, .width = 60, .height = 60,
+  Scene s{.padding = 2,
+          .filter = "es:8",
+          .compensation = "es:8",
+          .azimuth = 30,
+          .elevation = 20,
+          .width = 60,
+          .height = 60,
           .wrap = false};
   const auto whole = picture<double>(f, s);
   s.width = s.height = 12;
@@ -292,7 +350,8 @@ TEST(Projection, PerspectiveAndHugeSlicesAreRefused) {
   info.padded = {16, 16, 16};
   camera::View view;
   view.projection = camera::Projection::perspective;
-  EXPECT_THROW((void)slice_view(info, camera::Camera(view, info.geometry.centre(), 15, 8, 8), 8, 8, false), Error);
+  EXPECT_THROW((void)slice_view(info, camera::Camera(view, info.geometry.centre(), 15, 8, 8), 8, 8, false),
+               Error);
   view.projection = camera::Projection::orthographic;
   view.width = 1e-6;
   const camera::Camera close(view, info.geometry.centre(), 15, 8, 8);

@@ -16,7 +16,8 @@ RowSource rows_of(const volume::Grid<double>& f) {
   };
 }
 
-SpectrumInfo info_of(const volume::Grid<double>& f, double padding, const std::string& compensation = "none") {
+SpectrumInfo info_of(const volume::Grid<double>& f, double padding,
+                     const std::string& compensation = "none") {
   SpectrumInfo info;
   info.geometry = f.geometry;
   info.padding = padding;
@@ -25,7 +26,8 @@ SpectrumInfo info_of(const volume::Grid<double>& f, double padding, const std::s
   return info;
 }
 
-const Dims kSizes[] = {{7, 11, 13}, {8, 6, 10}, {9, 4, 5}, {1, 9, 6}, {5, 1, 8}, {4, 7, 1}, {1, 1, 12}, {1, 1, 1}, {2, 3, 2}};
+const Dims kSizes[] = {{7, 11, 13}, {8, 6, 10}, {9, 4, 5}, {1, 9, 6}, {5, 1, 8},
+                       {4, 7, 1},   {1, 1, 12}, {1, 1, 1}, {2, 3, 2}};
 
 TEST(Spectrum, EveryNumberIsItsDirectSum) {
   for (const Dims& dims : kSizes) {
@@ -39,14 +41,17 @@ TEST(Spectrum, EveryNumberIsItsDirectSum) {
       for (std::int64_t k = 0; k < m[2]; ++k) {
         for (std::int64_t j = 0; j < m[1]; ++j) {
           for (std::int64_t i = 0; i < info.row_length(); ++i) {
-            const Complex truth = direct_sum(f, Vec3(double(i) / double(m[0]), double(j - m[1] / 2) / double(m[1]),
-                                                     double(k - m[2] / 2) / double(m[2])));
+            const Complex truth =
+                direct_sum(f, Vec3(double(i) / double(m[0]), double(j - m[1] / 2) / double(m[1]),
+                                   double(k - m[2] / 2) / double(m[2])));
             const auto at = static_cast<std::size_t>(2 * (i + info.row_length() * (j + m[1] * k)));
-            worst = std::max(worst, std::abs(Complex(spectrum.fields[0][at], spectrum.fields[0][at + 1]) - truth));
+            worst = std::max(worst,
+                             std::abs(Complex(spectrum.fields[0][at], spectrum.fields[0][at + 1]) - truth));
           }
         }
       }
-      // Rounding of a transform grows with log M, of the direct sum with the number of terms: some tens of ulp.
+      // Rounding of a transform grows with log M, of the direct sum with the number of terms: some tens of
+      // ulp.
       EXPECT_LT(worst, 1e-14 * norm) << dims[0] << " " << dims[1] << " " << dims[2] << " padding " << padding;
     }
   }
@@ -65,7 +70,8 @@ TEST(Spectrum, MarginsHoldWhatTheSymmetriesSay) {
     for (std::int64_t k = -m[2] / 2 - margin; k <= m[2] / 2 + margin; ++k) {
       for (std::int64_t j = -m[1] / 2 - margin; j <= m[1] / 2 + margin; ++j) {
         for (std::int64_t i = -margin; i <= m[0] / 2 + margin; ++i) {
-          const Complex truth = direct_sum(f, Vec3(double(i) / double(m[0]), double(j) / double(m[1]), double(k) / double(m[2])));
+          const Complex truth = direct_sum(
+              f, Vec3(double(i) / double(m[0]), double(j) / double(m[1]), double(k) / double(m[2])));
           const double* at = source.at(0, i, j, k);
           worst = std::max(worst, std::abs(Complex(at[0], at[1]) - truth));
         }

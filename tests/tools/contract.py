@@ -33,21 +33,27 @@ SMALL = {
     "vol-index": "{coefficients} -o out.nrrd --epsilon 0.01",
     "vol-raycast": "{volume} -o out.exr --size 16x16",
     "img-compare": "{image} {image}",
+    "vol-fft": "{volume} -o out.nrrd --pad 1.5 --compensate es:6",
+    "fvr-slice": "{spectrum} -o out.exr --size 32x24 --view 30,20",
 }
 LONG = {
     "vol-phantom": "protein --dims 400x400x400 --type f64 -o out.nrrd",
     "vol-convert": "{volume} --resample 700x700x700 -o out.nrrd",
     "vol-dwt": "{big} -o out.vdb --wavelet battle-lemarie",
     "vol-raycast": "{volume} -o out.exr --size 512x512 --quadrature reference --tolerance 1e-12",
+    "vol-fft": "{big} -o out.nrrd --pad 2 --shading directional",
+    "fvr-slice": "{spectrum} -o out.exr --size 1024x1024 --turntable 2000",
 }
 READS = {  # an input of the kind the tool wants, by the placeholder above
     "vol-info": "volume", "vol-convert": "volume", "vol-compare": "volume", "vol-dwt": "volume",
     "vol-index": "coefficients", "vol-raycast": "volume", "img-compare": "image",
+    "vol-fft": "volume", "fvr-slice": "spectrum",
 }
 MAKE = {
     "volume": ("volume.nrrd", "vol-phantom marschner-lobb --dims 17x16x15 -o volume.nrrd"),
     "big": ("big.nrrd", "vol-phantom ramp --dims 256x256x256 --type f32 -o big.nrrd"),
     "coefficients": ("coefficients.vdb", "vol-phantom marschner-lobb --dims 17x16x15 -o - | vol-dwt - -o coefficients.vdb"),
+    "spectrum": ("spectrum.nrrd", "vol-phantom marschner-lobb --dims 17x16x15 -o - | vol-fft - -o spectrum.nrrd"),
     "image": ("image.exr", "vol-phantom marschner-lobb --dims 17x16x15 -o - | vol-raycast - -o image.exr --size 16x16"),
 }
 
