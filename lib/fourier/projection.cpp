@@ -37,9 +37,10 @@ Range inside(const Vec3& a, const Vec3& b, const Vec3& limit, std::int64_t from,
   return {static_cast<std::int64_t>(lo), static_cast<std::int64_t>(hi)};
 }
 
-/// exp(2 pi i k x / n) with x in pixels, for k = first, first + 1 ...
+}  // namespace
+
 template <class T>
-std::vector<std::complex<T>> shifts(std::int64_t first, std::int64_t count, double x, std::int64_t n) {
+std::vector<std::complex<T>> phase_shifts(std::int64_t first, std::int64_t count, double x, std::int64_t n) {
   std::vector<std::complex<T>> result(static_cast<std::size_t>(count));
   for (std::int64_t i = 0; i < count; ++i) {
     const double turns =
@@ -49,35 +50,50 @@ std::vector<std::complex<T>> shifts(std::int64_t first, std::int64_t count, doub
   return result;
 }
 
-}  // namespace
+template <class T>
+SlicePlane<T>::SlicePlane(std::int64_t width, std::int64_t height, std::size_t channels)
+    // Rows of a power of two would put a column into one set of the cache.
+    : stride_((width / 2 + kColumns) / kColumns * kColumns + (width % 128 == 0 ? kColumns : 0)),
+      c_stride_(height),
+      channels_(channels),
+      along_y_(height, kColumns, stride_, false, Planning::estimate),
+      along_x_(width, false, Planning::estimate),
+      data_(channels * static_cast<std::size_t>(2 * stride_ * height)) {}
 
-std::int64_t used_columns(const SliceView& view) {
-  // The slice's part inside the Nyquist box is a convex polygon; its largest kx over all ky, row by row.
+template <class T>
+std::int64_t SlicePlane<T>::columns(const SliceView& view) const {
   std::int64_t last = 0;
   for (std::int64_t ky = -(view.height / 2); ky <= view.height / 2; ++ky) {
-    const Range r = inside(static_cast<double>(ky) * view.per_y, view.per_x, view.nyquist, 0, view.width / 2);
-    last = std::max(last, r.last);
+    last = std::max(
+        last, inside(static_cast<double>(ky) * view.per_y, view.per_x, view.nyquist, 0, view.width / 2).last);
   }
-  return last + 1;
+  return std::min((last + kColumns) / kColumns * kColumns, stride_);
 }
 
 template <class T>
-struct Projector<T>::Plans {
-  ColumnTransform<T> columns;
-  RowTransform<T> rows;
-  std::int64_t stride;  // complex numbers a row, a whole number of column batches
-  Buffer<T> slice;      // channels one after the other
-
-  Plans(std::int64_t width, std::int64_t height, std::size_t channels)
-      : columns(height, kColumns, padded(width), false, Planning::estimate),
-        rows(width, false, Planning::estimate),
-        stride(padded(width)),
-        slice(channels * static_cast<std::size_t>(2 * padded(width) * height)) {}
-  // Not a power of two, which would put a column into one set of the cache.
-  static std::int64_t padded(std::int64_t width) {
-    return (width / 2 + 1 + kColumns - 1) / kColumns * kColumns + (width % 128 == 0 ? kColumns : 0);
+std::vector<Buffer<T>> SlicePlane<T>::pictures(const SliceView& view, std::int64_t columns) {
+  const std::int64_t skip_x = (view.width - view.picture_width) / 2,
+                     skip_y = (view.height - view.picture_height) / 2;
+  std::vector<Buffer<T>> planes;
+  for (std::size_t c = 0; c < channels_; ++c) {
+    parallel_for(0, columns / kColumns, 1, [&](std::int64_t begin, std::int64_t end) {
+      for (auto b = begin; b < end; ++b) along_y_.run(row(c, 0) + 2 * b * kColumns);
+    });
+    Buffer<T> picture(static_cast<std::size_t>(view.picture_width * view.picture_height));
+    const T scale = static_cast<T>(view.scale);
+    parallel_for(0, view.picture_height, kRows, [&](std::int64_t begin, std::int64_t end) {
+      for (auto y = begin; y < end; ++y) {
+        T* from = row(c, y + skip_y);
+        std::fill(from + 2 * columns, from + std::max(2 * columns, 2 * (view.width / 2 + 1)), T{0});
+        along_x_.run(from);
+        T* to = picture.data() + y * view.picture_width;
+        for (std::int64_t x = 0; x < view.picture_width; ++x) to[x] = from[x + skip_x] * scale;
+      }
+    });
+    planes.push_back(std::move(picture));
   }
-};
+  return planes;
+}
 
 template <class T>
 Projector<T>::Projector(const SliceSource<T>& source, const Filter& filter, bool plain)
@@ -86,9 +102,6 @@ Projector<T>::Projector(const SliceSource<T>& source, const Filter& filter, bool
     if (!plain) fast_.emplace(source, filter);
   }
 }
-
-template <class T>
-Projector<T>::~Projector() = default;
 
 template <class T>
 void Projector<T>::line(const ChannelWeights& weights, const SliceLine& points, std::complex<T>* out) const {
@@ -100,14 +113,11 @@ void Projector<T>::line(const ChannelWeights& weights, const SliceLine& points, 
   std::transform(values.begin(), values.end(), out, [](const auto& v) { return std::complex<T>(v); });
 }
 
-/// Row q of the Hermitian slice, in FFT order: channel c at out + c * plane. Returns the points evaluated.
+/// Row q of the Hermitian slice, in FFT order. Returns the points evaluated.
 template <class T>
 std::int64_t Projector<T>::slice_row(const SliceView& view, const ChannelWeights& weights, std::int64_t q,
-                                     T* out, std::int64_t columns) const {
-  const Plans& plans = *plans_.at({view.width, view.height});
-  const std::int64_t plane = 2 * plans.stride * view.height;
-  for (std::size_t c = 0; c < weights.size(); ++c)
-    std::fill_n(out + static_cast<std::int64_t>(c) * plane, 2 * columns, T{0});
+                                     SlicePlane<T>& plane, std::int64_t columns) const {
+  for (std::size_t c = 0; c < weights.size(); ++c) std::fill_n(plane.row(c, q), 2 * columns, T{0});
   // A pixel's place from the slice's middle is i - (size - 1)/2, and the volume's centre lies at view.centre.
   const double to_x = -0.5 * static_cast<double>(view.width - 1) - view.centre_x;
   const double to_y = -0.5 * static_cast<double>(view.height - 1) - view.centre_y;
@@ -123,10 +133,10 @@ std::int64_t Projector<T>::slice_row(const SliceView& view, const ChannelWeights
         weights,
         {static_cast<double>(r.first) * view.per_x + static_cast<double>(ky) * view.per_y, view.per_x, count},
         values.data());
-    const auto phase_x = shifts<T>(r.first, count, to_x, view.width);
-    const auto phase_y = share * shifts<T>(ky, 1, to_y, view.height)[0];
+    const auto phase_x = phase_shifts<T>(r.first, count, to_x, view.width);
+    const auto phase_y = share * phase_shifts<T>(ky, 1, to_y, view.height)[0];
     for (std::size_t c = 0; c < weights.size(); ++c) {
-      T* row = out + static_cast<std::int64_t>(c) * plane;
+      T* row = plane.row(c, q);
       for (std::int64_t i = 0; i < count; ++i) {
         const auto v = values[c * static_cast<std::size_t>(count) + static_cast<std::size_t>(i)] *
                        (phase_x[i] * phase_y);
@@ -158,51 +168,29 @@ std::int64_t Projector<T>::slice_row(const SliceView& view, const ChannelWeights
 template <class T>
 std::vector<Buffer<T>> Projector<T>::project(const SliceView& view, const ChannelWeights& weights) {
   const Timer timer;
-  auto& plans = plans_[{view.width, view.height}];
-  if (!plans) plans = std::make_unique<Plans>(view.width, view.height, weights.size());
-  const std::int64_t row = 2 * plans->stride, plane = row * view.height;
-  plans->slice.resize(weights.size() * static_cast<std::size_t>(plane));
-  const std::int64_t columns =
-      std::min((used_columns(view) + kColumns - 1) / kColumns * kColumns, plans->stride);
-
+  auto& plane = planes_[{view.width, view.height, weights.size()}];
+  if (!plane) plane = std::make_unique<SlicePlane<T>>(view.width, view.height, weights.size());
+  const std::int64_t columns = plane->columns(view);
   points_ += parallel_reduce<std::int64_t>(
       0, view.height, kRows,
       [&](std::int64_t begin, std::int64_t end) {
         std::int64_t points = 0;
-        for (auto q = begin; q < end; ++q)
-          points += slice_row(view, weights, q, plans->slice.data() + q * row, columns);
+        for (auto q = begin; q < end; ++q) points += slice_row(view, weights, q, *plane, columns);
         return points;
       },
       [](std::int64_t& sum, std::int64_t part) { sum += part; });
   times_.slice += timer.seconds();
-
   const Timer inverse_timer;
-  const std::int64_t skip_x = (view.width - view.picture_width) / 2,
-                     skip_y = (view.height - view.picture_height) / 2;
-  std::vector<Buffer<T>> planes;
-  for (std::size_t c = 0; c < weights.size(); ++c) {
-    T* data = plans->slice.data() + static_cast<std::int64_t>(c) * plane;
-    parallel_for(0, columns / kColumns, 1, [&](std::int64_t begin, std::int64_t end) {
-      for (auto b = begin; b < end; ++b) plans->columns.run(data + 2 * b * kColumns);
-    });
-    Buffer<T> picture(static_cast<std::size_t>(view.picture_width * view.picture_height));
-    const T scale = static_cast<T>(view.scale);
-    parallel_for(0, view.picture_height, kRows, [&](std::int64_t begin, std::int64_t end) {
-      for (auto y = begin; y < end; ++y) {
-        T* from = data + (y + skip_y) * row;
-        std::fill(from + 2 * columns, from + std::max(2 * columns, 2 * (view.width / 2 + 1)), T{0});
-        plans->rows.run(from);
-        T* to = picture.data() + y * view.picture_width;
-        for (std::int64_t x = 0; x < view.picture_width; ++x) to[x] = from[x + skip_x] * scale;
-      }
-    });
-    planes.push_back(std::move(picture));
-  }
+  auto pictures = plane->pictures(view, columns);
   times_.inverse += inverse_timer.seconds();
-  return planes;
+  return pictures;
 }
 
+template class SlicePlane<float>;
+template class SlicePlane<double>;
 template class Projector<float>;
 template class Projector<double>;
+template std::vector<std::complex<float>> phase_shifts(std::int64_t, std::int64_t, double, std::int64_t);
+template std::vector<std::complex<double>> phase_shifts(std::int64_t, std::int64_t, double, std::int64_t);
 
 }  // namespace vol::fourier

@@ -2,10 +2,35 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <tuple>
 
 #include "fourier/slice.h"
 
 namespace vol::fourier {
+
+/// The half of a picture's transform that a slice fills, and the way from there to the picture.
+template <class T>
+class SlicePlane {
+ public:
+  SlicePlane(std::int64_t width, std::int64_t height, std::size_t channels);
+
+  /// Row q of channel c, in FFT order; kx = 0 .. floor(width/2), interleaved complex.
+  [[nodiscard]] T* row(std::size_t c, std::int64_t q) {
+    return data_.data() + 2 * stride_ * (c_stride_ * static_cast<std::int64_t>(c) + q);
+  }
+  [[nodiscard]] std::int64_t stride() const { return stride_; }  ///< complex numbers
+  /// Columns from which on all is 0, rounded up to what is transformed together.
+  [[nodiscard]] std::int64_t columns(const SliceView& view) const;
+  /// Inverse transforms of the first `columns` columns and of the picture's rows; overwrites the plane.
+  [[nodiscard]] std::vector<Buffer<T>> pictures(const SliceView& view, std::int64_t columns);
+
+ private:
+  std::int64_t stride_, c_stride_;
+  std::size_t channels_;
+  ColumnTransform<T> along_y_;
+  RowTransform<T> along_x_;
+  Buffer<T> data_;
+};
 
 /// Pictures of one spectrum by the projection-slice theorem: slice, inverse transform, scale. A pixel is the
 /// sum over samples times world length: the real part of
@@ -21,7 +46,6 @@ class Projector {
  public:
   /// Both must live longer. `plain`: slice_line_plain even where T is float.
   Projector(const SliceSource<T>& source, const Filter& filter, bool plain = false);
-  ~Projector();
 
   /// Seconds that project() has taken so far.
   struct Times {
@@ -35,20 +59,21 @@ class Projector {
   [[nodiscard]] std::vector<Buffer<T>> project(const SliceView& view, const ChannelWeights& weights);
 
  private:
-  struct Plans;
   const SliceSource<T>& source_;
   const Filter& filter_;
   std::optional<FastSlicer> fast_;
-  std::map<std::pair<std::int64_t, std::int64_t>, std::unique_ptr<Plans>> plans_;
+  std::map<std::tuple<std::int64_t, std::int64_t, std::size_t>, std::unique_ptr<SlicePlane<T>>> planes_;
   Times times_;
   std::int64_t points_ = 0;
 
   void line(const ChannelWeights& weights, const SliceLine& line, std::complex<T>* out) const;
-  std::int64_t slice_row(const SliceView& view, const ChannelWeights& weights, std::int64_t q, T* out,
-                         std::int64_t columns) const;
+  std::int64_t slice_row(const SliceView& view, const ChannelWeights& weights, std::int64_t q,
+                         SlicePlane<T>& plane, std::int64_t columns) const;
 };
 
-/// Largest kx at which a slice is not 0 beyond doubt.
-[[nodiscard]] std::int64_t used_columns(const SliceView& view);
+/// exp(2 pi i k x / n) with x in pixels, for k = first, first + 1 ...
+template <class T>
+[[nodiscard]] std::vector<std::complex<T>> phase_shifts(std::int64_t first, std::int64_t count, double x,
+                                                        std::int64_t n);
 
 }  // namespace vol::fourier
