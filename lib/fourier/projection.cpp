@@ -40,11 +40,13 @@ Range inside(const Vec3& a, const Vec3& b, const Vec3& limit, std::int64_t from,
 }  // namespace
 
 template <class T>
-std::vector<std::complex<T>> phase_shifts(std::int64_t first, std::int64_t count, double x, std::int64_t n) {
+std::vector<std::complex<T>> centring_phases(std::int64_t count, double centre, std::int64_t n) {
+  // A pixel's place from the slice's middle is i - (n - 1)/2.
+  const double x = -0.5 * static_cast<double>(n - 1) - centre;
   std::vector<std::complex<T>> result(static_cast<std::size_t>(count));
   for (std::int64_t i = 0; i < count; ++i) {
-    const double turns =
-        std::remainder(static_cast<double>(first + i) * x, static_cast<double>(n)) / static_cast<double>(n);
+    const auto k = static_cast<double>(i <= n / 2 ? i : i - n);
+    const double turns = std::remainder(k * x, static_cast<double>(n)) / static_cast<double>(n);
     result[i] = std::complex<T>(std::polar(1.0, 2 * std::numbers::pi * turns));
   }
   return result;
@@ -115,13 +117,13 @@ void Projector<T>::line(const ChannelWeights& weights, const SliceLine& points, 
 
 /// Row q of the Hermitian slice, in FFT order. Returns the points evaluated.
 template <class T>
-std::int64_t Projector<T>::slice_row(const SliceView& view, const ChannelWeights& weights, std::int64_t q,
-                                     SlicePlane<T>& plane, std::int64_t columns) const {
+std::int64_t Projector<T>::slice_row(const SliceView& view, const ChannelWeights& weights,
+                                     const Phases& phases, std::int64_t q, SlicePlane<T>& plane,
+                                     std::int64_t columns) const {
   for (std::size_t c = 0; c < weights.size(); ++c) std::fill_n(plane.row(c, q), 2 * columns, T{0});
-  // A pixel's place from the slice's middle is i - (size - 1)/2, and the volume's centre lies at view.centre.
-  const double to_x = -0.5 * static_cast<double>(view.width - 1) - view.centre_x;
-  const double to_y = -0.5 * static_cast<double>(view.height - 1) - view.centre_y;
   thread_local std::vector<std::complex<T>> values;
+  const std::int64_t half_w = view.width / 2, half_h = view.height / 2;
+  const bool even_w = view.width % 2 == 0, unpaired = view.height % 2 == 0 && q == half_h;
   std::int64_t points = 0;
   const auto add = [&](std::int64_t from, std::int64_t to, std::int64_t ky, T share) {
     const Range r = inside(static_cast<double>(ky) * view.per_y, view.per_x, view.nyquist, from, to);
@@ -133,13 +135,13 @@ std::int64_t Projector<T>::slice_row(const SliceView& view, const ChannelWeights
         weights,
         {static_cast<double>(r.first) * view.per_x + static_cast<double>(ky) * view.per_y, view.per_x, count},
         values.data());
-    const auto phase_x = phase_shifts<T>(r.first, count, to_x, view.width);
-    const auto phase_y = share * phase_shifts<T>(ky, 1, to_y, view.height)[0];
+    // exp of -k is the conjugate of that of k.
+    const auto phase_y = share * (ky == -half_h && unpaired ? std::conj(phases.y[q]) : phases.y[q]);
     for (std::size_t c = 0; c < weights.size(); ++c) {
       T* row = plane.row(c, q);
       for (std::int64_t i = 0; i < count; ++i) {
         const auto v = values[c * static_cast<std::size_t>(count) + static_cast<std::size_t>(i)] *
-                       (phase_x[i] * phase_y);
+                       ((r.first < 0 ? std::conj(phases.x[-r.first]) : phases.x[r.first + i]) * phase_y);
         const std::int64_t column = std::abs(r.first + i);
         row[2 * column] += v.real();
         row[2 * column + 1] += v.imag();
@@ -148,8 +150,6 @@ std::int64_t Projector<T>::slice_row(const SliceView& view, const ChannelWeights
   };
   // Column width/2 of an even width is the mean of -width/2 and +width/2, row height/2 likewise; where both
   // meet, of (-, -) and (+, +), which the real part pairs.
-  const std::int64_t half_w = view.width / 2, half_h = view.height / 2;
-  const bool even_w = view.width % 2 == 0, unpaired = view.height % 2 == 0 && q == half_h;
   const std::int64_t ky = q <= half_h ? q : q - view.height;
   const std::int64_t last = even_w ? half_w - 1 : half_w;
   if (unpaired) {
@@ -171,11 +171,13 @@ std::vector<Buffer<T>> Projector<T>::project(const SliceView& view, const Channe
   auto& plane = planes_[{view.width, view.height, weights.size()}];
   if (!plane) plane = std::make_unique<SlicePlane<T>>(view.width, view.height, weights.size());
   const std::int64_t columns = plane->columns(view);
+  const Phases phases{centring_phases<T>(view.width / 2 + 1, view.centre_x, view.width),
+                      centring_phases<T>(view.height, view.centre_y, view.height)};
   points_ += parallel_reduce<std::int64_t>(
       0, view.height, kRows,
       [&](std::int64_t begin, std::int64_t end) {
         std::int64_t points = 0;
-        for (auto q = begin; q < end; ++q) points += slice_row(view, weights, q, *plane, columns);
+        for (auto q = begin; q < end; ++q) points += slice_row(view, weights, phases, q, *plane, columns);
         return points;
       },
       [](std::int64_t& sum, std::int64_t part) { sum += part; });
@@ -190,7 +192,7 @@ template class SlicePlane<float>;
 template class SlicePlane<double>;
 template class Projector<float>;
 template class Projector<double>;
-template std::vector<std::complex<float>> phase_shifts(std::int64_t, std::int64_t, double, std::int64_t);
-template std::vector<std::complex<double>> phase_shifts(std::int64_t, std::int64_t, double, std::int64_t);
+template std::vector<std::complex<float>> centring_phases(std::int64_t, double, std::int64_t);
+template std::vector<std::complex<double>> centring_phases(std::int64_t, double, std::int64_t);
 
 }  // namespace vol::fourier

@@ -67,13 +67,18 @@ class Projector {
   std::int64_t points_ = 0;
 
   void line(const ChannelWeights& weights, const SliceLine& line, std::complex<T>* out) const;
-  std::int64_t slice_row(const SliceView& view, const ChannelWeights& weights, std::int64_t q,
-                         SlicePlane<T>& plane, std::int64_t columns) const;
+  /// Phases that bring the volume's centre to its pixel, for kx = 0 .. floor(width/2) and ky = 0 .. height -
+  /// 1 in FFT order.
+  struct Phases {
+    std::vector<std::complex<T>> x, y;
+  };
+  std::int64_t slice_row(const SliceView& view, const ChannelWeights& weights, const Phases& phases,
+                         std::int64_t q, SlicePlane<T>& plane, std::int64_t columns) const;
 };
 
-/// exp(2 pi i k x / n) with x in pixels, for k = first, first + 1 ...
+/// What brings the volume's centre, `centre` pixels from the middle of n, to its pixel: exp(-2 pi i k ((n -
+/// 1)/2 + centre)/n) for the first `count` frequencies k in FFT order.
 template <class T>
-[[nodiscard]] std::vector<std::complex<T>> phase_shifts(std::int64_t first, std::int64_t count, double x,
-                                                        std::int64_t n);
+[[nodiscard]] std::vector<std::complex<T>> centring_phases(std::int64_t count, double centre, std::int64_t n);
 
 }  // namespace vol::fourier
