@@ -103,6 +103,9 @@ grep -q warning err || fail "no warning of a filter that the spectrum was not co
 
 other=${2:-}
 [ -n "$other" ] || exit $failed
+__EGL_VENDOR_LIBRARY_DIRS=/nowhere "$other" plain.nrrd -o missed.exr 2>err
+[ $? -eq 3 ] || fail "without EGL: not status 3"
+[ "$(wc -l <err)" -eq 1 ] || fail "one line expected without EGL: $(cat err)"
 "$other" plain.nrrd -o gpu.exr --size 16x16 2>err
 status=$?
 if [ $status -eq 3 ]; then
@@ -122,4 +125,8 @@ for filter in nearest trilinear catmull-rom catmull-rom-fast sinc:5 sinc:8 es:4 
     differs gpu.exr cpu.exr max=$limit
   done
 done
+refused "$other" cloud64.nrrd -o missed.exr
+refused "$other" plain.nrrd -o missed.exr --size 11x11 --wrap --ifft gpu
+"$other" bands.nrrd -o gpu.exr --size 64x64 --band-weights 1,2,1 --band-colours 1,0,0:0,1,0:0,0,1 || fail "status $?"
+differs gpu.exr coloured.exr max=1e-3
 exit $failed
