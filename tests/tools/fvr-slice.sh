@@ -20,7 +20,7 @@ refused() { # COMMAND...: status 2 and one line
   [ "$(wc -l <err)" -eq 1 ] || fail "one line expected of: $*: $(cat err)"
 }
 differs() { # A B MEASURE=LIMIT ...: fails unless within
-  local a=$1 b=$2
+  local a=$1 b=$2 limit
   shift 2
   for limit in "$@"; do
     img-compare "$a" "$b" --fail-above "$limit" >said 2>&1 || fail "$a and $b differ by more than $limit: $(tail -n 1 said)"
@@ -118,7 +118,7 @@ for filter in nearest trilinear catmull-rom catmull-rom-fast sinc:5 sinc:8 es:4 
   case $filter in es:* | *-fast) compensation=$filter ;; *) compensation=none ;; esac
   vol-fft cloud.nrrd -o filtered.nrrd --compensate $compensation || fail "status $?"
   fvr-slice filtered.nrrd -o cpu.exr --view 30,20 --size 90x64 --filter $filter || fail "status $?"
-  peak=$(fvr-slice filtered.nrrd -o cpu.png --view 30,20 --size 90x64 --filter $filter --stats - 2>&1 | sed -n 's/.*"exposure": \([0-9.e-]*\).*/\1/p')
+  peak=$(fvr-slice filtered.nrrd -o cpu.png --view 30,20 --size 90x64 --filter $filter --stats - 2>&1 | sed -n 's/.*"exposure": \([0-9][0-9.e-]*\).*/\1/p')
   limit=$(LC_ALL=C awk "BEGIN { print 1e-5 / $peak }")
   for ifft in fftw gpu; do
     "$other" filtered.nrrd -o gpu.exr --view 30,20 --size 90x64 --filter $filter --ifft $ifft 2>err || fail "$filter $ifft: $(cat err)"
