@@ -140,11 +140,15 @@ std::int64_t Projector<T>::slice_row(const SliceView& view, const ChannelWeights
     for (std::size_t c = 0; c < weights.size(); ++c) {
       T* row = plane.row(c, q);
       for (std::int64_t i = 0; i < count; ++i) {
-        const auto v = values[c * static_cast<std::size_t>(count) + static_cast<std::size_t>(i)] *
-                       ((r.first < 0 ? std::conj(phases.x[-r.first]) : phases.x[r.first + i]) * phase_y);
+        const auto v = values[c * static_cast<std::size_t>(count) + static_cast<std::size_t>(i)];
+        auto phase = phases.x[std::abs(r.first + i)];
+        if (r.first < 0) phase = std::conj(phase);
+        // Written out: the library's product asks each time whether it is infinite.
+        const T re = phase.real() * phase_y.real() - phase.imag() * phase_y.imag();
+        const T im = phase.real() * phase_y.imag() + phase.imag() * phase_y.real();
         const std::int64_t column = std::abs(r.first + i);
-        row[2 * column] += v.real();
-        row[2 * column + 1] += v.imag();
+        row[2 * column] += v.real() * re - v.imag() * im;
+        row[2 * column + 1] += v.real() * im + v.imag() * re;
       }
     }
   };

@@ -1,6 +1,7 @@
 // Compiled once for every instruction set (Highway's foreach_target); the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fourier/slice_kernel.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>  // before highway.h
 #include <hwy/highway.h>
 
@@ -36,46 +37,68 @@ HWY_ATTR void points(const SliceJob& job) {
   using V = hn::Vec<decltype(tag)>;
   constexpr std::size_t kLanes = hn::MaxLanes(tag);
   constexpr std::size_t kVectors = kReals / kLanes;
-  alignas(64) float wx[2 * kMostTaps], wy[kMostTaps], wz[kMostTaps], folded[2 * kMostTaps];
-  for (std::int64_t i = 0; i < job.count; ++i) {
-    double g[3];
-    for (int a = 0; a < 3; ++a) g[a] = job.start[a] + static_cast<double>(i) * job.step[a];
-    const bool mirrored = g[0] < 0;
-    std::int64_t offset = 0;
-    float s[3];
-    for (int a = 0; a < 3; ++a) {
-      const double from = (mirrored ? -g[a] : g[a]) - 0.5 * kTaps;
-      const double below = std::floor(from);
-      s[a] = static_cast<float>(2 * (from - below) - 1);
-      offset += (static_cast<std::int64_t>(below) + 1) * (a == 0 ? 2 : a == 1 ? job.row : job.slab);
-    }
-    polynomials<2 * kTaps, 2 * kMostTaps>(job.pairs, job.degree, s[0], wx);
-    polynomials<kTaps, kMostTaps>(job.single, job.degree, s[1], wy);
-    polynomials<kTaps, kMostTaps>(job.single, job.degree, s[2], wz);
-    for (int f = 0; f < job.field_count; ++f) {
-      const float* HWY_RESTRICT corner = job.fields[f] + offset;
-      V sum[kVectors];
-      for (std::size_t v = 0; v < kVectors; ++v) sum[v] = hn::Zero(tag);
-      for (int c = 0; c < kTaps; ++c) {
-        const float* HWY_RESTRICT row = corner + c * job.slab;
-        for (int b = 0; b < kTaps; ++b, row += job.row) {
-          const auto weight = hn::Set(tag, wy[b] * wz[c]);
-          for (std::size_t v = 0; v < kVectors; ++v) {
-            sum[v] = hn::Add(sum[v], hn::Mul(weight, hn::LoadU(tag, row + v * kLanes)));
+  // Points are done in blocks: positions and the lines of memory they need first, so that these are on their
+  // way while the weights are made.
+  constexpr int kBlock = 8;
+  alignas(64) float wx[kBlock][2 * kMostTaps], wy[kBlock][kMostTaps], wz[kBlock][kMostTaps],
+      folded[2 * kMostTaps];
+  std::int64_t offset[kBlock];
+  float s[kBlock][3], sign[kBlock];
+  for (std::int64_t first = 0; first < job.count; first += kBlock) {
+    const int block = static_cast<int>(job.count - first < kBlock ? job.count - first : kBlock);
+    for (int p = 0; p < block; ++p) {
+      const auto i = static_cast<double>(first + p);
+      const double gx = job.start[0] + i * job.step[0];
+      const double mirror = gx < 0 ? -1.0 : 1.0;
+      const double from[3] = {mirror * gx - 0.5 * kTaps,
+                              mirror * (job.start[1] + i * job.step[1]) - 0.5 * kTaps,
+                              mirror * (job.start[2] + i * job.step[2]) - 0.5 * kTaps};
+      const double below[3] = {std::floor(from[0]), std::floor(from[1]), std::floor(from[2])};
+      for (int a = 0; a < 3; ++a) s[p][a] = static_cast<float>(2 * (from[a] - below[a]) - 1);
+      offset[p] = 2 * (static_cast<std::int64_t>(below[0]) + 1) +
+                  job.row * (static_cast<std::int64_t>(below[1]) + 1) +
+                  job.slab * (static_cast<std::int64_t>(below[2]) + 1);
+      sign[p] = static_cast<float>(mirror);
+      if constexpr (kTaps <= 4) {  // of larger footprints neighbours share most
+        for (int f = 0; f < job.field_count; ++f) {
+          for (int c = 0; c < kTaps; ++c) {
+            const float* row = job.fields[f] + offset[p] + c * job.slab;
+            for (int b = 0; b < kTaps; ++b, row += job.row) hwy::Prefetch(row);
           }
         }
       }
-      for (std::size_t v = 0; v < kVectors; ++v) {
-        hn::Store(hn::Mul(sum[v], hn::Load(tag, wx + v * kLanes)), tag, folded + v * kLanes);
+    }
+    for (int p = 0; p < block; ++p) {
+      polynomials<2 * kTaps, 2 * kMostTaps>(job.pairs, job.degree, s[p][0], wx[p]);
+      polynomials<kTaps, kMostTaps>(job.single, job.degree, s[p][1], wy[p]);
+      polynomials<kTaps, kMostTaps>(job.single, job.degree, s[p][2], wz[p]);
+    }
+    for (int f = 0; f < job.field_count; ++f) {
+      for (int p = 0; p < block; ++p) {
+        const float* HWY_RESTRICT corner = job.fields[f] + offset[p];
+        V sum[kVectors];
+        for (std::size_t v = 0; v < kVectors; ++v) sum[v] = hn::Zero(tag);
+        for (int c = 0; c < kTaps; ++c) {
+          const float* HWY_RESTRICT row = corner + c * job.slab;
+          for (int b = 0; b < kTaps; ++b, row += job.row) {
+            const auto weight = hn::Set(tag, wy[p][b] * wz[p][c]);
+            for (std::size_t v = 0; v < kVectors; ++v) {
+              sum[v] = hn::Add(sum[v], hn::Mul(weight, hn::LoadU(tag, row + v * kLanes)));
+            }
+          }
+        }
+        for (std::size_t v = 0; v < kVectors; ++v) {
+          hn::Store(hn::Mul(sum[v], hn::Load(tag, wx[p] + v * kLanes)), tag, folded + v * kLanes);
+        }
+        float re = folded[0], im = folded[1];
+        for (int t = 1; t < kTaps; ++t) {
+          re += folded[2 * t];
+          im += folded[2 * t + 1];
+        }
+        float* out = job.out + 2 * (f * job.count + first + p);
+        out[0] = re;
+        out[1] = sign[p] * im;
       }
-      float re = folded[0], im = folded[1];
-      for (int t = 1; t < kTaps; ++t) {
-        re += folded[2 * t];
-        im += folded[2 * t + 1];
-      }
-      float* out = job.out + 2 * (f * job.count + i);
-      out[0] = re;
-      out[1] = mirrored ? -im : im;
     }
   }
 }
