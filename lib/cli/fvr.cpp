@@ -5,12 +5,14 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "base/checked.h"
 #include "base/error.h"
 #include "cli/options.h"
 #include "fourier/models.h"
 #include "io/file.h"
 #include "io/png.h"
 #include "io/scene.h"
+#include "io/volume.h"
 #include "io/write_image.h"
 
 namespace vol::cli {
@@ -21,7 +23,8 @@ void add_fvr_options(CLI::App& app, FvrOptions& o) {
       ->group("Files");
   app.add_option(
          "-o,--output", o.output,
-         "Picture (.exr: R, G, B, A; .png); of several views numbered, -000 and so on; - is standard output")
+         "Picture (.exr: R, G, B, A; .png); of several views numbered, -000 and so on; or all in one .nrrd; "
+         "- is standard output")
       ->required()
       ->group("Files");
   app.add_option("--format", o.format, "exr or png [by extension; exr]")->group("Files");
@@ -71,6 +74,15 @@ void add_fvr_options(CLI::App& app, FvrOptions& o) {
       ->group(model);
 }
 
+namespace {
+
+/// All views in one volume of grey pictures, uncompressed: for programs, and many a second.
+bool is_stack(const FvrOptions& o) {
+  return o.format.empty() && o.output.extension() == ".nrrd";
+}
+
+}  // namespace
+
 std::vector<FvrView> fvr_views(const FvrOptions& o, Record& record) {
   camera::View base;
   if (!o.scene.empty()) {
@@ -102,8 +114,13 @@ std::vector<FvrView> fvr_views(const FvrOptions& o, Record& record) {
     throw Error("several pictures do not go to standard output; give --output a name");
   }
   std::vector<FvrView> views;
+  if (is_stack(o)) io::require_writable(o.output);
   for (std::size_t i = 0; i < all.size(); ++i) {
     std::filesystem::path path = o.output;
+    if (is_stack(o)) {
+      views.push_back({all[i], path});
+      continue;
+    }
     if (all.size() > 1) {
       char number[24];
       std::snprintf(number, sizeof number, "-%03zu", i);
@@ -208,6 +225,24 @@ image::Image image_of(const std::vector<std::vector<float>>& planes, int width, 
   return image;
 }
 
+/// Picture number i of a stack: x right, y down, z the view.
+void put_into(volume::Grid<float>& stack, std::size_t i, const std::vector<std::vector<float>>& planes) {
+  if (planes.size() != 1)
+    throw Error("a stack (.nrrd) holds grey pictures; leave out --band-colours, or write .exr");
+  for (const float value : planes[0]) {
+    if (!std::isfinite(value)) throw Error("a pixel overflows float; scale the volume");
+  }
+  std::copy(planes[0].begin(), planes[0].end(),
+            stack.voxels.begin() + static_cast<std::ptrdiff_t>(i * planes[0].size()));
+}
+
+void write_stack(const FvrOptions& o, volume::Grid<float> stack, Record& record) {
+  volume::Volume volume;
+  volume.grid = std::move(stack);
+  volume.attributes = record.provenance();
+  (void)io::write_volume(o.output, volume);
+}
+
 bool is_png(const FvrView& view, const std::string& format) {
   return format == "png" || (format.empty() && view.output.extension() == ".png");
 }
@@ -233,6 +268,13 @@ void fvr_pictures(const FvrOptions& o, const fourier::SpectrumInfo& info, const 
     jobs.push_back(
         {fourier::slice_view(info, camera, size[0], size[1], o.wrap), fvr_weights(o, info, camera)});
   }
+  volume::Grid<float> stack;
+  if (is_stack(o)) {
+    const double pitch = jobs.front().view.pitch;
+    stack.geometry.dims = {size[0], size[1], static_cast<std::int64_t>(views.size())};
+    stack.geometry.spacing = Vec3(pitch, pitch, 1);
+    stack.voxels.resize(static_cast<std::size_t>(checked_count(stack.geometry.dims)));
+  }
   std::int64_t frames = 0;
   // The pictures of a run are kept until they are written, so that drawing is timed by itself; of many, in
   // lots.
@@ -246,6 +288,10 @@ void fvr_pictures(const FvrOptions& o, const fourier::SpectrumInfo& info, const 
       return drawn;
     });
     for (std::size_t i = first; i < last; ++i) {
+      if (is_stack(o)) {
+        put_into(stack, i, pictures[i - first]);
+        continue;
+      }
       image::Image image = image_of(pictures[i - first], size[0], size[1]);
       for (const auto& [key, value] : record.provenance()) image.attributes[key] = value;
       image.attributes["precis.view"] = nlohmann::json{views[i].view.azimuth, views[i].view.elevation}.dump();
@@ -265,9 +311,13 @@ void fvr_pictures(const FvrOptions& o, const fourier::SpectrumInfo& info, const 
       record.output(views[i].output);
     }
   }
+  if (is_stack(o)) {
+    record.timed("write", [&] { write_stack(o, std::move(stack), record); });
+    record.output(o.output);
+  }
   record.count("views", static_cast<std::int64_t>(views.size()));
   record.count("frames", frames);
-  if (is_png(views.front(), o.format)) record.result("exposure", exposure);
+  if (!is_stack(o) && is_png(views.front(), o.format)) record.result("exposure", exposure);
 }
 
 }  // namespace vol::cli

@@ -18,6 +18,7 @@ struct SliceView {
   std::int64_t picture_width = 0, picture_height = 0;
   double centre_x = 0,
          centre_y = 0;  ///< pixels from the slice's middle, right and down, to the volume's centre
+  double pitch = 1;     ///< world length of a pixel
   double scale = 1;     ///< pixel = scale times the unnormalised inverse transform
 };
 

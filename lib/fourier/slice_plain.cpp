@@ -18,6 +18,7 @@ SliceView slice_view(const SpectrumInfo& info, const camera::Camera& camera, int
   const Vec3 down = -camera.up();
   const Vec3 to_centre = g.centre() - camera.eye();
   SliceView view;
+  view.pitch = pitch;
   view.picture_width = width;
   view.picture_height = height;
   view.centre_x = to_centre.dot(camera.right()) / pitch;

@@ -84,10 +84,14 @@ grep -q '"frames_per_second"' stats.json || fail "no frames per second in the st
 fvr-slice plain.nrrd -o list.exr --view 0,0 --view 150,20 --size 64x64 || fail "status $?"
 differs list-001.exr turn-001.exr max=1e-4
 
+fvr-slice plain.nrrd -o stack.nrrd --view 30,20 --turntable 3 --size 64x64 || fail "status $?"
+vol-info stack.nrrd | grep -q "dims  *64 64 3" || fail "three views are not three slices: $(vol-info stack.nrrd)"
+
 # What cannot be done.
 refused fvr-slice plain.nrrd -o missed.exr --filter es:6
 refused fvr-slice plain.nrrd -o missed.exr --filter cubic
 refused fvr-slice plain.nrrd -o missed.exr --light 1,0,0
+refused fvr-slice bands.nrrd -o missed.nrrd --band-colours 1,0,0:0,1,0:0,0,1
 refused fvr-slice bezier.nrrd -o missed.exr --control-points 1,2
 refused fvr-slice directional.nrrd -o missed.exr --light 0,0,0
 refused fvr-slice plain.nrrd -o - --turntable 3
