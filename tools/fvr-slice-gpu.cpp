@@ -46,9 +46,7 @@ int work(const Options& o, cli::Record& record) {
       o.fvr, file.info(), views,
       [&](const fourier::SliceView& view, const fourier::ChannelWeights& weights) {
         const Timer timer;
-        const auto planes = projector->project(view, weights);
-        std::vector<std::vector<float>> picture;
-        for (const auto& plane : planes) picture.emplace_back(plane.begin(), plane.end());
+        auto picture = projector->project(view, weights);
         seconds += timer.seconds();
         ++frames;
         return picture;

@@ -38,9 +38,15 @@ void draw(io::SpectrumFile& file, const fourier::Filter& filter, const std::vect
       o.fvr, file.info(), views,
       [&](const fourier::SliceView& view, const fourier::ChannelWeights& weights) {
         const Timer timer;
-        const auto planes = projector.project(view, weights);
-        std::vector<std::vector<float>> picture;
-        for (const auto& plane : planes) picture.emplace_back(plane.begin(), plane.end());
+        std::vector<Buffer<float>> picture;
+        if constexpr (std::is_same_v<T, float>) {
+          picture = projector.project(view, weights);
+        } else {
+          for (const auto& plane : projector.project(view, weights)) {
+            auto& narrow = picture.emplace_back(plane.size());
+            for (std::size_t i = 0; i < plane.size(); ++i) narrow[i] = static_cast<float>(plane[i]);
+          }
+        }
         seconds += timer.seconds();
         ++frames;
         return picture;

@@ -213,7 +213,7 @@ fourier::ChannelWeights fvr_weights(const FvrOptions& o, const fourier::Spectrum
 
 namespace {
 
-image::Image image_of(const std::vector<std::vector<float>>& planes, int width, int height) {
+image::Image image_of(const std::vector<Buffer<float>>& planes, int width, int height) {
   image::Image image(width, height, {"R", "G", "B", "A"});
   for (std::size_t p = 0; p < planes[0].size(); ++p) {
     float* pixel = &image.pixels[4 * p];
@@ -226,7 +226,7 @@ image::Image image_of(const std::vector<std::vector<float>>& planes, int width, 
 }
 
 /// Picture number i of a stack: x right, y down, z the view.
-void put_into(volume::Grid<float>& stack, std::size_t i, const std::vector<std::vector<float>>& planes) {
+void put_into(volume::Grid<float>& stack, std::size_t i, const std::vector<Buffer<float>>& planes) {
   if (planes.size() != 1)
     throw Error("a stack (.nrrd) holds grey pictures; leave out --band-colours, or write .exr");
   for (const float value : planes[0]) {
@@ -282,7 +282,7 @@ void fvr_pictures(const FvrOptions& o, const fourier::SpectrumInfo& info, const 
   for (std::size_t first = 0; first < jobs.size(); first += kLot) {
     const std::size_t last = std::min(jobs.size(), first + kLot);
     const auto pictures = record.repeated("render", [&] {
-      std::vector<std::vector<std::vector<float>>> drawn;
+      std::vector<std::vector<Buffer<float>>> drawn;
       for (std::size_t i = first; i < last; ++i) drawn.push_back(draw(jobs[i].view, jobs[i].weights));
       frames += static_cast<std::int64_t>(last - first);
       return drawn;

@@ -49,7 +49,7 @@ struct FvrView {
 
 /// Draws one view: the planes of its channels, row by row from the top.
 using FvrDraw =
-    std::function<std::vector<std::vector<float>>(const fourier::SliceView&, const fourier::ChannelWeights&)>;
+    std::function<std::vector<Buffer<float>>(const fourier::SliceView&, const fourier::ChannelWeights&)>;
 
 /// All pictures of the run, drawn by `draw` and written. Frames per second go into the record over all
 /// repetitions.
