@@ -150,7 +150,9 @@ int forward(const Options& o, cli::Record& record) {
   info.names = model.spectra;
   const std::int64_t voxels =
       info.geometry.count() * static_cast<std::int64_t>(volume::size_in_bytes(volume.voxel_type()));
-  require_memory(voxels + fourier::spectrum_bytes<T>(info), "volume and spectra", record);
+  // Measuring plans takes another spectrum to try them on.
+  const std::int64_t trial = o.wisdom.empty() ? 0 : checked_product(info.count(), 2 * sizeof(T));
+  require_memory(voxels + fourier::spectrum_bytes<T>(info) + trial, "volume and spectra", record);
   if (o.compensation != "none") {
     const auto c =
         fourier::compensation(fourier::Filter(o.compensation, o.padding), info.geometry.dims, info.padded);

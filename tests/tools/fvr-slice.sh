@@ -51,6 +51,16 @@ vol-fft cloud.nrrd -o cloud64.nrrd --type f64 --pad 1.5 --compensate trilinear |
 vol-fft cloud64.nrrd -o back.nrrd --inverse || fail "--inverse: status $?"
 vol-compare back.nrrd cloud.nrrd --fail-above max=1e-6 >said 2>&1 || fail "the inverse is not the volume: $(tail -n 1 said)"
 
+# Measured plans are kept, and read again.
+for run in first second; do
+  vol-fft cloud.nrrd -o $run.nrrd --wisdom plans.fftw || fail "--wisdom: status $?"
+  fvr-slice $run.nrrd -o $run.exr --size 32x32 || fail "status $?"
+done
+[ -s plans.fftw ] || fail "no wisdom was written"
+differs first.exr second.exr max=1e-4
+echo nonsense >bad.fftw
+refused vol-fft cloud.nrrd -o missed.nrrd --wisdom bad.fftw
+
 # Filters, types, algorithms: one picture.
 vol-fft cloud.nrrd -o cloud64.nrrd --type f64 --compensate es:8 || fail "status $?"
 fvr-slice cloud.spectrum.nrrd -o fast.exr --view 30,20 --size 64x64 || fail "status $?"
