@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "base/heap.h"
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/volume_input.h"
@@ -30,6 +31,7 @@ struct Options {
   cli::VolumeInput input;
   std::filesystem::path output, scene, index, index_output, samples_output;
   double epsilon = 0.016;
+  std::optional<int> index_reduction;
   std::string format, view, size = "512x512", model, quadrature, step, reconstruction, algorithm = "packet";
   std::optional<double> width, fov;
   render::RenderOptions render;
@@ -91,6 +93,9 @@ void declare(CLI::App& app, Options& o) {
       ->check(cli::check_non_negative)
       ->capture_default_str()
       ->group(accuracy);
+  app.add_option("--index-reduction", o.index_reduction, "Index auto: one entry for N^3 cells, 1 to 1024 [1]")
+      ->check(CLI::Range(1, 1024))
+      ->group(accuracy);
   app.add_option("--reconstruction", o.reconstruction,
                  "nearest, trilinear, catmull-rom, b-spline [trilinear]")
       ->check(CLI::IsMember({"nearest", "trilinear", "catmull-rom", "b-spline"}))
@@ -124,8 +129,9 @@ void declare(CLI::App& app, Options& o) {
       ->check(cli::check_non_negative)
       ->capture_default_str()
       ->group(accuracy);
-  for (const char* chosen : {"--quadrature", "--nodes", "--step", "--tolerance", "--termination",
-                             "--image-step", "--image-tolerance", "--index", "--epsilon"}) {
+  for (const char* chosen :
+       {"--quadrature", "--nodes", "--step", "--tolerance", "--termination", "--image-step",
+        "--image-tolerance", "--index", "--epsilon", "--index-reduction"}) {
     max_error->excludes(app.get_option(chosen));
   }
   app.add_flag("--no-skip", o.no_skip, "Sample also what the transfer function makes invisible")
@@ -218,6 +224,7 @@ index::IndexVolume index_of_scene(const volume::Volume& volume, const render::Sc
   index::IndexOptions options;
   options.standard_distance = o.render.step;
   options.reconstruction = o.render.reconstruction;
+  options.reduction = o.index_reduction.value_or(1);
   wavelet::DwtOptions dwt;
   dwt.wavelet = "haar";
   dwt.levels = levels;
@@ -282,6 +289,7 @@ int work(Options& o, cli::Record& record) {
     throw Error("--index: quadratures split and reference take no steps");
   }
   if (!o.index_output.empty() && !automatic) throw Error("--index-output keeps the index of --index auto");
+  if (o.index_reduction && !automatic) throw Error("--index-reduction is for --index auto");
   if (!o.index.empty() && !automatic) {
     record.input(o.index);
     auto read = record.timed("read", [&] { return io::read_index(o.index); });
@@ -297,6 +305,7 @@ int work(Options& o, cli::Record& record) {
   }
   if (automatic) {
     index = record.timed("index", [&] { return index_of_scene(volume, scene, o); });
+    return_freed_memory();
     record.count("index_bytes", static_cast<std::int64_t>(index->nibbles().size()));
   }
   record.resolved("scene", io::to_json(scene));
@@ -305,9 +314,10 @@ int work(Options& o, cli::Record& record) {
   if (o.render.max_error == 0) record.resolved("step_world", o.render.step);
 
   const index::IndexVolume* const guide = index ? &*index : nullptr;
-  const std::unique_ptr<const Prepared> prepared =
+  std::unique_ptr<const Prepared> prepared =
       record.timed("prepare", [&] { return std::make_unique<const Prepared>(volume, scene, o, guide); });
   auto result = record.repeated("render", [&] { return cast(volume, *prepared, scene, o, guide); });
+  prepared.reset();  // writing takes memory, too
   report(result, o, record);
   if (o.render.max_error > 0 && !(result.error_estimate <= o.render.max_error)) {
     throw Error("--max-error: an error of about " + nlohmann::json(result.error_estimate).dump() +

@@ -1,8 +1,6 @@
 #pragma once
-#include <vector>
-
-#include "index/bit_grid.h"
 #include "index/index_volume.h"
+#include "index/significant_details.h"
 #include "volume/field_sampler.h"
 #include "volume/grid_geometry.h"
 
@@ -18,14 +16,17 @@ struct IndexOptions {
 /// The index volume (He 1998): L of a cell is the largest number for which no voxel that a step of 2^L d can
 /// reach has a significant detail on the levels 1..L.
 ///
-/// The voxels of a position are those under the reconstruction kernel. With look-ahead a step from anywhere in the
-/// cell, in any direction, of world length 2^L d, must stay among voxels without significant details; without it
-/// only the cell itself must. L is at most the number of levels and at most 15.
+/// The voxels of a position are those under the reconstruction kernel. With look-ahead a step from anywhere
+/// in the cell, in any direction, of world length 2^L d, must stay among voxels without significant details;
+/// without it only the cell itself must. L is at most the number of levels and at most 15.
 ///
-/// \param significant  for levels 1..M, the voxels with a significant relevant detail (significant_details.h);
-///                     several fields' sets may be united before
-/// \throws vol::Error when the sets' dims are not the geometry's, or the standard distance is not positive
-[[nodiscard]] IndexVolume build_index(const std::vector<BitGrid>& significant, const volume::GridGeometry& geometry,
+/// Axis by axis, the entries from which a coefficient is met are an interval: the voxels it bears on, widened
+/// by kernel and step, divided by the reduction. Each coefficient so forbids a box of entries. Boxes are
+/// united in slabs of 16 planes of entries, one bit each: beside the index this takes about a hundredth of
+/// its size, a thread.
+///
+/// \throws vol::Error when the details' dims are not the geometry's, or the standard distance is not positive
+[[nodiscard]] IndexVolume build_index(const SignificantDetails& details, const volume::GridGeometry& geometry,
                                       const IndexOptions& options);
 
 }  // namespace vol::index

@@ -1,17 +1,17 @@
 #pragma once
 #include <cstdint>
-#include <vector>
 
+#include "base/buffer.h"
 #include "base/vec.h"
 
 namespace vol::index {
 
-/// He's index volume: for each cell of the volume (or block of reduction^3 cells) the L for which 2^L d is a fit
-/// sampling distance there, d the standard distance. Half a byte an entry, in memory as in files: two entries a
-/// byte along x, low nibble first.
+/// He's index volume: for each cell of the volume (or block of reduction^3 cells) the L for which 2^L d is a
+/// fit sampling distance there, d the standard distance. Half a byte an entry, in memory as in files: two
+/// entries a byte along x, low nibble first.
 ///
-/// Entry (i, j, k) governs sampling positions whose index coordinates floor to cell (i, j, k) (the last entry of
-/// an axis also the far border). Resolution is the volume's own divided by `reduction`, rounded up.
+/// Entry (i, j, k) governs sampling positions whose index coordinates floor to cell (i, j, k) (the last entry
+/// of an axis also the far border). Resolution is the volume's own divided by `reduction`, rounded up.
 class IndexVolume {
  public:
   static constexpr int kMaxLevel = 15;
@@ -32,9 +32,9 @@ class IndexVolume {
   }
   void set_entry(std::int64_t i, std::int64_t j, std::int64_t k, int level);
 
-  /// Rows of ceil(nx/2) bytes, j then k.
-  [[nodiscard]] const std::vector<std::uint8_t>& nibbles() const { return nibbles_; }
-  [[nodiscard]] std::vector<std::uint8_t>& nibbles() { return nibbles_; }
+  /// Rows of ceil(nx/2) bytes, j then k; words may be read over the end (buffer.h).
+  [[nodiscard]] const Buffer<std::uint8_t>& nibbles() const { return nibbles_; }
+  [[nodiscard]] Buffer<std::uint8_t>& nibbles() { return nibbles_; }
   [[nodiscard]] std::int64_t row_bytes() const { return row_bytes_; }
 
  private:
@@ -43,7 +43,7 @@ class IndexVolume {
   int reduction_ = 1;
   double standard_distance_ = 0;
   std::int64_t row_bytes_ = 0;
-  std::vector<std::uint8_t> nibbles_;
+  Buffer<std::uint8_t> nibbles_;
 };
 
 }  // namespace vol::index

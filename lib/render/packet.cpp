@@ -105,7 +105,6 @@ const index::Macrocells& PacketVolume::macrocells() const {
 /// The job but for its rays, and what it points into.
 struct PacketScene::Tables {
   PacketJob job;
-  Buffer<std::uint8_t> nibbles;
   Visibility visible;
 };
 
@@ -138,7 +137,7 @@ bool PacketScene::set_tables(const RenderOptions& options, Tables& tables) const
                                                            : PacketRule::preintegrated;
   job.nodes = options.nodes;
   job.termination = static_cast<float>(options.termination);
-  if (index_) tables.nibbles = set_index(*index_, job);
+  if (index_) set_index(*index_, job);
   if (scene_.model != Model::composite) return true;
 
   const index::Macrocells& macrocells = volume_.macrocells();

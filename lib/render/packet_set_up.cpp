@@ -121,17 +121,15 @@ void set_budget(const Scene& scene, const RenderOptions& options, PacketJob& job
   job.unseen = static_cast<float>(kPacketRounding * bright + (shares.unseen) * options.max_error);
 }
 
-Buffer<std::uint8_t> set_index(const index::IndexVolume& index, PacketJob& job) {
-  Buffer<std::uint8_t> nibbles(index.nibbles().begin(), index.nibbles().end());
-  job.nibbles = nibbles.data();
+void set_index(const index::IndexVolume& index, PacketJob& job) {
+  job.nibbles = index.nibbles().data();
   int level = 0;
-  for (const std::uint8_t byte : nibbles) level = std::max({level, byte & 15, byte >> 4});
+  for (const std::uint8_t byte : index.nibbles()) level = std::max({level, byte & 15, byte >> 4});
   job.longest_hop = static_cast<float>(1 << level);
   job.row_bytes = static_cast<std::int32_t>(index.row_bytes());
   job.slice_bytes = static_cast<std::int32_t>(index.row_bytes() * index.dims()[1]);
   job.reduction = index.reduction();
   job.inverse_reduction = 1.0F / static_cast<float>(index.reduction());
-  return nibbles;
 }
 
 }  // namespace vol::render

@@ -13,8 +13,8 @@ void set_volume(const volume::Volume& volume, PacketJob& job);
 /// \throws vol::Error as BlinnPhong does
 void set_shading(const volume::GridGeometry& geometry, const Shading& shading, PacketJob& job);
 
-/// Entries of the index. \returns its nibbles with readable bytes behind them, which must outlive the job
-[[nodiscard]] Buffer<std::uint8_t> set_index(const index::IndexVolume& index, PacketJob& job);
+/// Entries of the index, which must outlive the job
+void set_index(const index::IndexVolume& index, PacketJob& job);
 
 /// Adaptive pieces: what a ray may err by in all (options.max_error) is shared between them and the light
 /// behind where it ends early. Needs the job's transfer function and shading.

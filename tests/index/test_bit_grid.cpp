@@ -1,52 +1,40 @@
 #include <gtest/gtest.h>
 
+#include "base/error.h"
 #include "base/rng.h"
 #include "index/bit_grid.h"
 
 namespace vol::index {
 namespace {
 
-BitGrid random_set(const Dims& dims, double density, std::uint64_t seed) {
-  BitGrid set(dims);
-  Rng rng(seed);
-  for (std::int64_t k = 0; k < dims[2]; ++k) {
-    for (std::int64_t j = 0; j < dims[1]; ++j) {
-      for (std::int64_t i = 0; i < dims[0]; ++i) {
-        if (rng.uniform() < density) set.set(i, j, k);
-      }
+TEST(BitGrid, HoldsWhatIsSet) {
+  BitGrid grid({70, 3, 2});
+  EXPECT_EQ(grid.words_per_row(), 2);
+  grid.set(63, 0, 0), grid.set(64, 2, 1);
+  int members = 0;
+  for (std::int64_t k = 0; k < 2; ++k) {
+    for (std::int64_t j = 0; j < 3; ++j) {
+      for (std::int64_t i = 0; i < 70; ++i) members += grid.test(i, j, k);
     }
   }
-  return set;
+  EXPECT_EQ(members, 2);
+  EXPECT_TRUE(grid.test(63, 0, 0) && grid.test(64, 2, 1));
+  EXPECT_THROW(BitGrid({1, 0, 1}), Error);
 }
 
-// The definition of dilate(), point by point.
-bool dilated_at(const BitGrid& set, int axis, std::int64_t before, std::int64_t after, std::array<std::int64_t, 3> p) {
-  const auto a = static_cast<std::size_t>(axis);
-  const std::int64_t centre = p[a];
-  for (p[a] = std::max<std::int64_t>(0, centre - before); p[a] <= std::min(centre + after, set.dims()[a] - 1); ++p[a]) {
-    if (set.test(p[0], p[1], p[2])) return true;
-  }
-  return false;
-}
-
-TEST(BitGrid, DilationIsTheUnionOverItsWindow) {
+TEST(BitGrid, SetBitsSetsTheRangeAndNothingElse) {
   Rng rng(9);
-  for (int trial = 0; trial < 40; ++trial) {
-    const Dims dims = {1 + static_cast<std::int64_t>(rng.below(150)), 1 + static_cast<std::int64_t>(rng.below(20)),
-                       1 + static_cast<std::int64_t>(rng.below(20))};
-    const auto set = random_set(dims, 0.02, rng.next());
-    const int axis = trial % 3;
-    const auto before = static_cast<std::int64_t>(rng.below(80)), after = static_cast<std::int64_t>(rng.below(80));
-    auto dilated = set;
-    dilated.dilate(axis, before, after);
-    for (std::int64_t k = 0; k < dims[2]; ++k) {
-      for (std::int64_t j = 0; j < dims[1]; ++j) {
-        for (std::int64_t i = 0; i < dims[0]; ++i) {
-          ASSERT_EQ(dilated.test(i, j, k), dilated_at(set, axis, before, after, {i, j, k}))
-              << "dims " << dims[0] << " " << dims[1] << " " << dims[2] << " axis " << axis << " window -" << before
-              << " +" << after << " at " << i << " " << j << " " << k;
-        }
-      }
+  for (int trial = 0; trial < 200; ++trial) {
+    const auto n = 1 + static_cast<std::int64_t>(rng.below(200));
+    BitGrid set({n, 1, 1});
+    const auto first = static_cast<std::int64_t>(rng.below(static_cast<std::uint64_t>(n)));
+    const auto last = first + static_cast<std::int64_t>(rng.below(static_cast<std::uint64_t>(n - first)));
+    const auto before = static_cast<std::int64_t>(rng.below(static_cast<std::uint64_t>(n)));
+    set.set(before, 0, 0);
+    set_bits(set.row(0, 0), first, last);
+    for (std::int64_t i = 0; i < n; ++i) {
+      ASSERT_EQ(set.test(i, 0, 0), (i >= first && i <= last) || i == before)
+          << "bits " << first << " to " << last << " of " << n << " at " << i;
     }
   }
 }
