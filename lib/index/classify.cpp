@@ -11,8 +11,8 @@
 namespace vol::index {
 namespace {
 
-constexpr std::int64_t kBoxVoxels =
-    1 << 17;  // a field and its coefficients are 1 MiB, in the second-level cache
+// A field and its coefficients are 1 MiB then, in the second-level cache.
+constexpr std::int64_t kBoxVoxels = 1 << 17;
 
 /// Boxes whose transforms are the whole's, whatever lies around them.
 Dims box_dims(const Dims& extended, const wavelet::DwtOptions& dwt) {
@@ -70,8 +70,8 @@ SignificantDetails significant_classified_details(const volume::Volume& volume,
 
   const Dims& extended = details.extended_dims;
   const Dims box = box_dims(extended, dwt);
-  const std::int64_t along_y = (extended[1] + box[1] - 1) / box[1],
-                     along_z = (extended[2] + box[2] - 1) / box[2];
+  const std::int64_t along_y = (extended[1] + box[1] - 1) / box[1];
+  const std::int64_t along_z = (extended[2] + box[2] - 1) / box[2];
   parallel_for(0, along_y * along_z, 1, [&](std::int64_t n, std::int64_t) {
     const Dims begin = {0, n % along_y * box[1], n / along_y * box[2]};
     volume::GridGeometry geometry;
