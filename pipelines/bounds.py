@@ -4,6 +4,7 @@ each with its time and its largest error against the reference integral."""
 
 import argparse
 import json
+import math
 import pathlib
 import random
 
@@ -16,7 +17,7 @@ def views(asked, group):
     """AZIMUTH,ELEVATION of every view: uniform over the sphere, the same for a group in every run."""
     draw = random.Random(f"{asked['seed']} {group}")
     for _ in range(asked["views"]):
-        yield f"{draw.uniform(-180, 180):.2f},{draw.uniform(-1, 1) * 89:.2f}"
+        yield f"{draw.uniform(-180, 180):.2f},{math.degrees(math.asin(draw.uniform(-1, 1))):.2f}"
 
 
 def main():

@@ -89,7 +89,7 @@ class Bench:
         return self.errors[options]
 
     def vtk(self, threads, *more):
-        return Worker(["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset", "/usr/bin/python3", "-B", CALLERS / "vtk_worker.py",
+        return Worker(["env", f"LP_NUM_THREADS={threads}", "xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset", "/usr/bin/python3", "-B", CALLERS / "vtk_worker.py",
                        self.volume, json.dumps(self.scene), threads, *more])
 
     def vtk_frame(self, worker, step, save=None, frames=2):
@@ -244,7 +244,7 @@ def write(rows, settings, absent, arguments, host):
         writer.writerows(rows)
     text = (f"# Beside other ray casters\n\nA rippled ball of {asked['datasets']['ball']['edge']}^3 u8 voxels, {asked['size']} pixels,"
             f" orthographic, view {asked['azimuth']},20 and a degree\nfurther each round; grey is the value. MSE on the byte scale and largest"
-            f" error (0..1) against the reference integral; VTK's from its own\n16-bit image. VTK's time is that of its mapper alone; what only volume and transfer function decide (tables, empty space) is made"
+            f" error (0..1) against the reference integral; VTK's from its own\n16-bit image. VTK's time is that of its CPU mapper alone; what only volume and transfer function decide (tables, empty space) is made"
             " beforehand in all."
             f" Ratios: median of {asked['rounds']} interleaved rounds with its 95 % interval; above 1\nours is faster. {host}.\n"
             "In the shaded scenes their gradients are interpolated from the voxels and VTK's normals are quantised; ours are those of"

@@ -40,9 +40,12 @@ void require_memory(std::int64_t bytes, std::int64_t limit, const std::string& w
 const VdbModule& openvdb_module() {
   static const VdbModule loaded = [] {
     void* const library = ::dlopen(kVdbModule, RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr) throw Error(std::string("OpenVDB cannot be loaded: ") + ::dlerror());
+    if (library == nullptr) {
+      throw Error(std::string("OpenVDB cannot be loaded: ") + ::dlerror() +
+                  " (it belongs in ../lib/precis beside the programs)");
+    }
     const auto fill = reinterpret_cast<FillVdbModule>(::dlsym(library, kVdbEntry));
-    if (fill == nullptr) throw Error(std::string(kVdbModule) + " is not of this build: " + ::dlerror());
+    if (fill == nullptr) throw Error(std::string(kVdbModule) + " is of another version: install Precis anew");
     VdbModule module;
     fill(&module);
     return module;

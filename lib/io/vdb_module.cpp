@@ -151,7 +151,7 @@ class Grids : public VdbGrids {
 }  // namespace
 }  // namespace vol::io
 
-extern "C" __attribute__((visibility("default"))) void precis_vdb_module(vol::io::VdbModule* module) {
+extern "C" __attribute__((visibility("default"))) void precis_vdb_module_1(vol::io::VdbModule* module) {
   vol::io::initialize();
   module->read = [](std::vector<std::byte>& file) -> std::unique_ptr<vol::io::VdbArchive> {
     return std::make_unique<vol::io::Archive>(file);

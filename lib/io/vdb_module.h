@@ -64,9 +64,10 @@ struct VdbModule {
   std::unique_ptr<VdbGrids> (*grids)() = nullptr;
 };
 
-/// The module's one entry, found by dlsym.
+/// The module's one entry, found by dlsym. Its number goes up with every change of what is above, so that a
+/// module of another version is refused.
 using FillVdbModule = void (*)(VdbModule* module);
 inline constexpr const char* kVdbModule = "libprecis_vdb.so";
-inline constexpr const char* kVdbEntry = "precis_vdb_module";
+inline constexpr const char* kVdbEntry = "precis_vdb_module_1";
 
 }  // namespace vol::io

@@ -59,6 +59,7 @@ RenderOptions within_error(const RenderOptions& options) {
 
 RenderResult cast_within_error(const PacketScene& prepared, const camera::View& view) {
   const RenderOptions& options = prepared.options();
+  if (!(options.max_error > 0)) throw Error("the scene was not prepared for a largest error");
   Scene scene = prepared.scene();
   scene.view = view;
   RenderResult result = prepared.cast(view);

@@ -23,6 +23,7 @@ namespace vol::render {
                                                 const RenderOptions& options);
 
 /// The same in two steps, for any number of views: a scene prepared with these options, then its pictures.
+/// \throws vol::Error unless max_error is positive
 [[nodiscard]] RenderOptions within_error(const RenderOptions& options);
 [[nodiscard]] RenderResult cast_within_error(const PacketScene& scene, const camera::View& view);
 

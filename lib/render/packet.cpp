@@ -21,6 +21,7 @@ namespace {
 using volume::VoxelType;
 
 constexpr double kMostPieces = 64;
+constexpr double kLongestStep = 1e6;        // diagonals: float holds the last segment's share of a step
 constexpr double kLeastPiece = 1.0 / 1024;  // of the longest way through a cell
 constexpr double kTouching = index::Macrocells::kEdge;
 
@@ -48,6 +49,7 @@ bool is_covered(const volume::Volume& volume, const Scene& scene, const RenderOp
   double diagonal = 0;  // of the box, at most
   for (int a = 0; a < 3; ++a) diagonal += bounds.edges.col(a).norm();
   if (!(diagonal / options.step < kMostSegments - 1)) return false;
+  if (!(options.step / diagonal < kLongestStep)) return false;
   constexpr double kAddressable = 2147483647.0;
   const auto count = static_cast<double>(volume.geometry().count());
   switch (volume.voxel_type()) {

@@ -70,6 +70,8 @@ class PacketScene {
   /// also for split with an index
   PacketScene(const PacketVolume& volume, const Scene& scene, const RenderOptions& options,
               const index::IndexVolume* index = nullptr);
+  PacketScene(PacketVolume&&, const Scene&, const RenderOptions&,
+              const index::IndexVolume* = nullptr) = delete;
   ~PacketScene();
   PacketScene(const PacketScene&) = delete;
   PacketScene& operator=(const PacketScene&) = delete;

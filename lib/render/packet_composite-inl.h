@@ -195,6 +195,8 @@ class Composite {
       const MI waits = hn::AndNot(hn::Lt(path.node, limit), active);
       if (!hn::AllFalse(d, waits)) retreat(path.position, masked(step_, waits));
     }
+    // A ray that waits was passed segments of no length, which open nothing.
+    if (kTrapezoid) path.left_node = hn::IfThenElse(active, path.left_node, path_.left_node);
     path_ = path;
     fresh_ = hn::AndNot(active, fresh_);
     if (stops_) {

@@ -7,7 +7,7 @@
 
 namespace vol::render {
 
-/// What the packet kernel works on: plain numbers, computed once a picture. Private to the packet caster.
+/// What the packet kernel works on: plain numbers, computed once a scene. Private to the packet caster.
 inline constexpr int kMaxLanes = 16;
 
 /// The transfer function on a table over the data's range: u = (value - lo) scale in [0, buckets). Bucket b

@@ -40,7 +40,8 @@ HWY_INLINE D clamped(D v, D low, D high) {
   return hn::Min(hn::Max(v, low), high);
 }
 
-/// An integer in fixed point, at most 2^52, as its two words.
+/// An integer in fixed point as its two words. Exact up to 2^61 in magnitude, the longest step: beyond 2^53 a
+/// double is a multiple of its last digit, and so are its words.
 HWY_INLINE void store_fixed(D fixed, std::int32_t* whole, std::int32_t* part) {
   const D units = hn::Floor(hn::Mul(fixed, number(1 / kOne)));
   hn::Store(hn::DemoteTo(Whole(), units), Whole(), whole);

@@ -17,10 +17,11 @@
 #include "render/packet_set_up.h"
 #include "volume/grid_sampler.h"
 
+// The targets come before Highway:
+#include "render/packet_targets.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "bench_interpolation.cpp"
 #include <hwy/foreach_target.h>
-#include "render/packet_targets.h"
 // After foreach_target.h, which includes this file again:
 #include <hwy/highway.h>
 

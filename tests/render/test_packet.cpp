@@ -182,6 +182,23 @@ TEST_P(PacketRule, ThreadsChangeNothing) {
   EXPECT_EQ(one.counts.skipped, many.counts.skipped);
 }
 
+// Rays of many lengths through a constant medium, in which light is halved a fixed way behind the entry: for
+// some rays in the last segment, when other lanes of their packet have nodes left.
+TEST_P(PacketRule, FindsTheDepthInTheLastSegmentToo) {
+  volume::Volume v = packet_volume<std::uint8_t>(255);
+  auto& grid = std::get<volume::Grid<std::uint8_t>>(v.grid);
+  std::fill(grid.voxels.begin(), grid.voxels.end(), std::uint8_t{200});
+  Scene scene = packet_soft_scene(255);
+  scene.view.projection = camera::Projection::perspective;
+  for (const double opacity : {0.02, 0.05, 0.1}) {
+    scene.transfer =
+        transfer::TransferFunction({{0, {0, 0, 0}}, {255, {1, 1, 1}}}, {{0, opacity}, {255, opacity}});
+    RenderOptions options = packet_options(GetParam());
+    options.step = 0.7;
+    expect_oracle(v, scene, options);
+  }
+}
+
 TEST_P(PacketRule, InstructionSetsAgreeWithinTheBound) {
   const auto v = packet_volume<std::uint8_t>(255);
   const RenderOptions options = packet_options(GetParam());
@@ -189,7 +206,7 @@ TEST_P(PacketRule, InstructionSetsAgreeWithinTheBound) {
   scene.shading = Shading{};
   const RenderResult best = raycast_packet(v, scene, options);
   const std::string best_set = packet_instruction_set();
-  on_every_instruction_set([&] {
+  const int sets = on_every_instruction_set([&] {
     const RenderResult other = raycast_packet(v, scene, options);
     const Difference d = difference(best.image, other.image);
     EXPECT_LE(d.colour, 1.1 * packet_tolerance(100));
@@ -197,6 +214,7 @@ TEST_P(PacketRule, InstructionSetsAgreeWithinTheBound) {
     EXPECT_EQ(best.counts.skipped, other.counts.skipped);
   });
   EXPECT_EQ(best_set, packet_instruction_set());
+  if (sets < 2) GTEST_SKIP() << "packets were compiled for one instruction set";
 }
 
 TEST(Packet, PassesOnWhatItDoesNotCover) {

@@ -90,9 +90,10 @@ TEST(PacketSplit, ThreadsAndInstructionSetsAgree) {
   set_thread_count(1);
   expect_same_bits(best.image, raycast_packet(v, scene, options).image, true);
   set_thread_count(0);
-  on_every_instruction_set([&] {
+  const int sets = on_every_instruction_set([&] {
     EXPECT_LE(difference(best.image, raycast_packet(v, scene, options).image).colour, 2 * kRounding);
   });
+  if (sets < 2) GTEST_SKIP() << "packets were compiled for one instruction set";
 }
 
 TEST(PacketSplit, LightsByTheGradientAtEveryNode) {

@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# Libraries that are loaded on first use, from outside: where the module is missing, is no module or another version's, a
+# tool says so in one line, and does without it where it can.
+#   modules.sh BIN
+set -u
+bin=$(realpath "$1")
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+cd "$folder" || exit 2
+failed=0
+
+fail() {
+  echo "$*"
+  failed=1
+}
+
+"$bin/vol-phantom" marschner-lobb --dims 8x8x8 --type u8 -o ml.nrrd || exit 2
+"$bin/vol-convert" ml.nrrd -o ml.vdb || exit 2
+mkdir -p there/bin there/lib/precis
+cp "$bin/vol-info" "$bin/vol-convert" there/bin
+
+refused() {
+  local message status
+  message=$("$@" 2>&1 >/dev/null)
+  status=$?
+  [ $status -eq 2 ] || fail "$*: status $status"
+  [ "$(wc -l <<<"$message")" -eq 1 ] || fail "$*: not one line: $message"
+  [[ $message == *ml.vdb:* || $message == *new.vdb:* ]] || fail "$*: names no file: $message"
+}
+
+there/bin/vol-info ml.nrrd >/dev/null || fail "vol-info needs the module for NRRD"
+refused there/bin/vol-info ml.vdb
+refused there/bin/vol-convert ml.nrrd -o new.vdb
+cp "$bin/../lib/precis/libprecis_oiio.so" there/lib/precis/libprecis_vdb.so 2>/dev/null || fail "no module to borrow"
+refused there/bin/vol-info ml.vdb
+echo "no library" >there/lib/precis/libprecis_vdb.so
+refused there/bin/vol-info ml.vdb
+[ ! -e new.vdb ] || fail "something was written"
+
+# What lies in the current folder is never loaded.
+mkdir -p elsewhere && cp there/lib/precis/libprecis_vdb.so elsewhere/
+(cd elsewhere && "$bin/vol-info" ../ml.vdb >/dev/null) || fail "a library was taken from the current folder"
+exit $failed
