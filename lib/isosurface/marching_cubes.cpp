@@ -1,0 +1,469 @@
+#include "isosurface/marching_cubes.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "isosurface/cell_surface.h"
+#include "isosurface/inside_bits.h"
+
+namespace vol::isosurface {
+namespace {
+
+using volume::Grid;
+using Index = std::uint32_t;
+using Word = std::uint64_t;
+constexpr double kOutside = -std::numeric_limits<double>::infinity();
+
+/// The grid as the algorithm sees it: `pad` samples outside at every end.
+template <class T>
+struct PaddedGrid {
+  const T* samples;
+  Dims dims;  // of the samples
+  int pad;
+
+  explicit PaddedGrid(const Grid<T>& grid, bool close)
+      : samples(grid.voxels.data()), dims(grid.dims()), pad(close ? 1 : 0) {}
+  [[nodiscard]] bool is_beyond(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    return pad != 0 && (i < 1 || j < 1 || k < 1 || i > dims[0] || j > dims[1] || k > dims[2]);
+  }
+  [[nodiscard]] double sample(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    return static_cast<double>(samples[i + dims[0] * (j + dims[1] * k)]);
+  }
+  /// By padded indices.
+  [[nodiscard]] double value(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    return is_beyond(i, j, k) ? kOutside : sample(i - pad, j - pad, k - pad);
+  }
+  /// Central differences, one-sided at the border, in value per sample; by the samples' own indices.
+  [[nodiscard]] Vec3 gradient(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    const std::int64_t at[3] = {i, j, k};
+    const std::int64_t stride[3] = {1, dims[0], dims[0] * dims[1]};
+    const T* here = samples + i + stride[1] * j + stride[2] * k;
+    Vec3 g;
+    for (int a = 0; a < 3; ++a) {
+      const bool low = at[a] > 0;
+      const bool high = at[a] + 1 < dims[a];
+      const double difference =
+          static_cast<double>(here[high ? stride[a] : 0]) - static_cast<double>(here[low ? -stride[a] : 0]);
+      g[a] = low && high ? 0.5 * difference : difference;
+    }
+    return g;
+  }
+};
+
+/// What a row of samples owns: the crossings on its x edges and on the y and z edges that begin at it; and
+/// the row of cells above it. First counts, then positions in the mesh.
+struct RowPlace {
+  Index vertex[3] = {0, 0, 0};  // by edge axis
+  Index point = 0;              // within cells
+  std::uint64_t triangle = 0;
+};
+
+/// A decision kept from counting to making: the case's number, and 1 + kind + 2 diagonal of a tube above.
+using Decision = std::uint32_t;
+Decision packed(const CellDecision& d) {
+  const auto tube =
+      d.tube.kind == TubeKind::none ? 0u : 1u + (d.tube.kind == TubeKind::outside) + 2u * d.tube.diagonal;
+  return static_cast<Decision>(d.number) | tube << 16;
+}
+CellDecision unpacked(Decision d, int corners) {
+  CellDecision result{corners, static_cast<int>(d & 0xffff), {}};
+  if (const unsigned tube = d >> 16; tube != 0) {
+    result.tube.kind = ((tube - 1) & 1) != 0 ? TubeKind::outside : TubeKind::inside;
+    result.tube.diagonal = static_cast<std::uint8_t>((tube - 1) >> 1);
+  }
+  return result;
+}
+
+/// Four rows of bits about a row of cells, word by word: each word and the one moved down by a bit.
+class CellRow {
+ public:
+  CellRow(const InsideBits& bits, std::int64_t r)
+      : words_(bits.words),
+        cells_(bits.dims[0] - 1),
+        row_{bits.row(r), bits.row(r + 1), bits.row(r + bits.dims[1]), bits.row(r + bits.dims[1] + 1)} {}
+
+  /// Calls f(i, corners) for every cell that is neither all inside nor all outside.
+  template <class F>
+  void for_active(const F& f) const {
+    for (std::int64_t w = 0; 64 * w < cells_; ++w) {
+      Word low[4];
+      Word high[4];
+      Word any = 0;
+      Word all = ~Word{0};
+      for (int n = 0; n < 4; ++n) {
+        low[n] = row_[n][w];
+        high[n] = low[n] >> 1 | (w + 1 < words_ ? row_[n][w + 1] << 63 : 0);
+        any |= low[n] | high[n];
+        all &= low[n] & high[n];
+      }
+      Word active = any & ~all;
+      if (const std::int64_t left = cells_ - 64 * w; left < 64) active &= (Word{1} << left) - 1;
+      for (; active != 0; active &= active - 1) {
+        const int s = std::countr_zero(active);
+        unsigned corners = 0;
+        for (int n = 0; n < 4; ++n) {
+          corners |= static_cast<unsigned>((low[n] >> s & 1) | (high[n] >> s & 1) << 1) << (2 * n);
+        }
+        f(64 * w + s, static_cast<int>(corners));
+      }
+    }
+  }
+
+ private:
+  std::int64_t words_;
+  std::int64_t cells_;
+  const Word* row_[4];
+};
+
+/// Crossings along x of a row, or between two rows: a word of bits.
+Word x_crossings(const Word* row, std::int64_t w, std::int64_t words, std::int64_t n) {
+  const Word moved = row[w] >> 1 | (w + 1 < words ? row[w + 1] << 63 : 0);
+  Word cut = row[w] ^ moved;
+  if (const std::int64_t left = n - 1 - 64 * w; left < 64) cut &= left <= 0 ? 0 : (Word{1} << left) - 1;
+  return cut;
+}
+
+template <class T>
+class Mesher {
+ public:
+  Mesher(const Grid<T>& grid, double isovalue, const Vec3& shift, const MarchingCubesOptions& options)
+      : grid_(grid, options.close),
+        isovalue_(isovalue),
+        options_(options),
+        cases_(CellCases::all()),
+        bits_(inside_bits(grid.voxels.data(), grid.dims(), isovalue, grid_.pad)),
+        rows_(bits_.dims[1] * bits_.dims[2]),
+        // About as many rows a chunk as make 2^14 samples.
+        grain_(std::max<std::int64_t>(1, (1 << 14) / bits_.dims[0])),
+        place_(static_cast<std::size_t>(rows_) + 1),
+        decisions_(static_cast<std::size_t>((rows_ + grain_ - 1) / grain_)) {
+    const auto& g = grid.geometry;
+    for (int a = 0; a < 3; ++a) to_world_.col(a) = g.direction.col(a) * g.spacing[a];
+    origin_ = g.origin + to_world_ * (shift - Vec3::Constant(grid_.pad));
+    to_world_gradient_ = g.world_to_index_matrix().transpose();
+    left_handed_ = g.direction.determinant() < 0;
+  }
+
+  Isosurface run() {
+    Isosurface result;
+    result.counts = count();
+    place();
+    const RowPlace& end = place_.back();
+    result.mesh.positions = Buffer<std::array<double, 3>>(vertices_);
+    if (options_.normals) result.mesh.normals = Buffer<std::array<float, 3>>(vertices_);
+    result.mesh.triangles = Buffer<std::array<Index, 3>>(end.triangle);
+    mesh_ = &result.mesh;
+    parallel_for(0, rows_, grain_, [&](std::int64_t begin, std::int64_t end_row) {
+      const Decision* decision = decisions_[static_cast<std::size_t>(begin / grain_)].data();
+      for (std::int64_t r = begin; r < end_row; ++r) {
+        if (is_plain(r)) continue;
+        make_vertices(r);
+        if (has_cells(r)) make_triangles(r, decision);
+      }
+    });
+    return result;
+  }
+
+ private:
+  using RowKind = InsideBits::Row;
+
+  [[nodiscard]] bool has_cells(std::int64_t r) const {
+    return r % bits_.dims[1] + 1 < bits_.dims[1] && r / bits_.dims[1] + 1 < bits_.dims[2];
+  }
+  /// Nothing crosses a row all of whose neighbours above are of its own kind.
+  [[nodiscard]] bool is_plain(std::int64_t r) const {
+    const RowKind kind = bits_.rows[r];
+    if (kind == RowKind::mixed) return false;
+    const bool y = r % bits_.dims[1] + 1 < bits_.dims[1];
+    const bool z = r / bits_.dims[1] + 1 < bits_.dims[2];
+    return (!y || bits_.rows[r + 1] == kind) && (!z || bits_.rows[r + bits_.dims[1]] == kind) &&
+           (!y || !z || bits_.rows[r + bits_.dims[1] + 1] == kind);
+  }
+  /// The crossings that a row owns, by axis of the edge: f(axis, word number, bits).
+  template <class F>
+  void for_crossings(std::int64_t r, const F& f) const {
+    const Word* row = bits_.row(r);
+    for (std::int64_t w = 0; w < bits_.words; ++w) f(0, w, x_crossings(row, w, bits_.words, bits_.dims[0]));
+    if (r % bits_.dims[1] + 1 < bits_.dims[1]) {
+      const Word* next = bits_.row(r + 1);
+      for (std::int64_t w = 0; w < bits_.words; ++w) f(1, w, row[w] ^ next[w]);
+    }
+    if (r / bits_.dims[1] + 1 < bits_.dims[2]) {
+      const Word* next = bits_.row(r + bits_.dims[1]);
+      for (std::int64_t w = 0; w < bits_.words; ++w) f(2, w, row[w] ^ next[w]);
+    }
+  }
+
+  [[nodiscard]] CellValues values(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    CellValues cell;
+    cell.isovalue = isovalue_;
+    for (int c = 0; c < 8; ++c) cell.value[c] = grid_.value(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
+    return cell;
+  }
+  [[nodiscard]] bool touches_padding(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    return grid_.is_beyond(i, j, k) || grid_.is_beyond(i + 1, j + 1, k + 1);
+  }
+  [[nodiscard]] CellDecision decide_at(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    return decide(values(i, j, k), touches_padding(i, j, k));
+  }
+
+  MarchingCubesCounts count() {
+    const auto total = parallel_reduce<MarchingCubesCounts>(
+        0, rows_, grain_,
+        [&](std::int64_t begin, std::int64_t end) {
+          MarchingCubesCounts counts;
+          auto& decisions = decisions_[static_cast<std::size_t>(begin / grain_)];
+          for (std::int64_t r = begin; r < end; ++r) {
+            place_[static_cast<std::size_t>(r)] = is_plain(r) ? RowPlace{} : count_row(r, decisions, counts);
+          }
+          return counts;
+        },
+        [](MarchingCubesCounts& sum, const MarchingCubesCounts& part) {
+          sum.active_cells += part.active_cells;
+          sum.ambiguous_cells += part.ambiguous_cells;
+          sum.tubes += part.tubes;
+        });
+    return total;
+  }
+
+  RowPlace count_row(std::int64_t r, std::vector<Decision>& decisions, MarchingCubesCounts& counts) const {
+    RowPlace row;
+    for_crossings(r, [&](int axis, std::int64_t, Word cut) {
+      row.vertex[axis] += static_cast<Index>(std::popcount(cut));
+    });
+    if (!has_cells(r)) return row;
+    const std::int64_t j = r % bits_.dims[1];
+    const std::int64_t k = r / bits_.dims[1];
+    CellRow(bits_, r).for_active([&](std::int64_t i, int corners) {
+      ++counts.active_cells;
+      if (cases_.is_decided(corners)) {
+        row.triangle += cases_[cases_.number(corners, 0)].triangle_count;
+        return;
+      }
+      const CellDecision decision = decide_at(i, j, k);
+      const CellSize size = surface_size(cases_[decision.number], decision);
+      row.triangle += static_cast<std::uint64_t>(size.triangles);
+      row.point += static_cast<Index>(size.points);
+      ++counts.ambiguous_cells;
+      counts.tubes += decision.tube.kind != TubeKind::none;
+      decisions.push_back(packed(decision));
+    });
+    return row;
+  }
+
+  /// From counts to places: vertices on edges row after row, then those within cells.
+  void place() {
+    std::uint64_t vertex = 0;
+    std::uint64_t point = 0;
+    std::uint64_t triangle = 0;
+    for (auto& row : place_) {
+      for (Index& v : row.vertex) {
+        const Index n = v;
+        v = static_cast<Index>(vertex);
+        vertex += n;
+      }
+      const Index n = row.point;
+      row.point = static_cast<Index>(point);
+      point += n;
+      const std::uint64_t m = row.triangle;
+      row.triangle = triangle;
+      triangle += m;
+    }
+    vertices_ = vertex + point;
+    if (vertices_ > std::numeric_limits<Index>::max()) {
+      throw Error("the isosurface has " + std::to_string(vertices_) +
+                  " vertices, over 2^32 - 1: take a part of the volume");
+    }
+    for (auto& row : place_) row.point += static_cast<Index>(vertex);
+  }
+
+  void make_vertices(std::int64_t r) {
+    const std::int64_t j = r % bits_.dims[1];
+    const std::int64_t k = r / bits_.dims[1];
+    Index next[3];
+    std::copy_n(place_[static_cast<std::size_t>(r)].vertex, 3, next);
+    for_crossings(r, [&](int axis, std::int64_t w, Word cut) {
+      for (; cut != 0; cut &= cut - 1) make_vertex(next[axis]++, axis, 64 * w + std::countr_zero(cut), j, k);
+    });
+  }
+
+  void make_vertex(Index v, int axis, std::int64_t i, std::int64_t j, std::int64_t k) {
+    std::int64_t to[3] = {i, j, k};
+    ++to[axis];
+    const double first = grid_.value(i, j, k);
+    const double second = grid_.value(to[0], to[1], to[2]);
+    const double t = crossing(first, second, isovalue_);
+    Vec3 p = index_point(i, j, k);
+    p[axis] += t;
+    put(v, p);
+    if (!options_.normals) return;
+    Vec3 normal;
+    if (std::isinf(first) || std::isinf(second)) {
+      // On a closed border, out of the volume: a covector in index space, like the gradients below.
+      normal = Vec3::Unit(axis) * (std::isinf(first) ? -1 : 1);
+    } else {
+      const std::int64_t p0 = grid_.pad;
+      const Vec3 g0 = grid_.gradient(i - p0, j - p0, k - p0);
+      const Vec3 g1 = grid_.gradient(to[0] - p0, to[1] - p0, to[2] - p0);
+      normal = -((1 - t) * g0 + t * g1);
+    }
+    put_normal(v, normal);
+  }
+
+  static Vec3 index_point(std::int64_t i, std::int64_t j, std::int64_t k) {
+    return {static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)};
+  }
+  /// A vertex by padded index coordinates.
+  void put(Index v, const Vec3& p) {
+    const Vec3 world = origin_ + to_world_ * p;
+    mesh_->positions[v] = {world[0], world[1], world[2]};
+  }
+  void put_normal(Index v, const Vec3& index_normal) {
+    // First scaled to 1: gradients of 1e30 and 1e-30 have squares beyond double's range in their third power.
+    const double largest = index_normal.cwiseAbs().maxCoeff();
+    if (!(largest > 0)) {
+      mesh_->normals[v] = {0, 0, 0};
+      return;
+    }
+    const Vec3 n = to_world_gradient_ * (index_normal / largest);
+    const double scale = 1 / n.norm();
+    mesh_->normals[v] = {static_cast<float>(n[0] * scale), static_cast<float>(n[1] * scale),
+                         static_cast<float>(n[2] * scale)};
+  }
+
+  void make_triangles(std::int64_t r, const Decision*& decision) {
+    const std::int64_t j = r % bits_.dims[1];
+    const std::int64_t k = r / bits_.dims[1];
+    const RowPlace& p00 = place_[static_cast<std::size_t>(r)];
+    const RowPlace& p10 = place_[static_cast<std::size_t>(r + 1)];
+    const RowPlace& p01 = place_[static_cast<std::size_t>(r + bits_.dims[1])];
+    const RowPlace& p11 = place_[static_cast<std::size_t>(r + bits_.dims[1] + 1)];
+    // The next vertex on each of the edges that cross this row of cells; an edge at i + 1 comes after that at
+    // i.
+    Index x[4] = {p00.vertex[0], p10.vertex[0], p01.vertex[0], p11.vertex[0]};
+    Index y[2] = {p00.vertex[1], p01.vertex[1]};
+    Index z[2] = {p00.vertex[2], p10.vertex[2]};
+    Index point = p00.point;
+    std::array<Index, 3>* out = mesh_->triangles.data() + p00.triangle;
+    const int second = left_handed_ ? 2 : 1;
+    CellSurface surface;
+    CellRow(bits_, r).for_active([&](std::int64_t i, int corners) {
+      const unsigned cut = cases_.cut_edges(corners);
+      const auto is_cut = [&](int e) { return cut >> e & 1u; };
+      Index id[24] = {x[0],
+                      x[1],
+                      x[2],
+                      x[3],
+                      y[0],
+                      y[1],
+                      y[0] + is_cut(4),
+                      y[1] + is_cut(5),
+                      z[0],
+                      z[0] + is_cut(8),
+                      z[1],
+                      z[1] + is_cut(10)};
+      const auto emit = [&](const auto& triangles, int n) {
+        for (int t = 0; t < n; ++t) {
+          const auto& c = triangles[static_cast<std::size_t>(t)];
+          *out++ = {id[c[0]], id[c[second]], id[c[3 - second]]};
+        }
+      };
+      if (cases_.is_decided(corners)) {
+        const CellCase& cell = cases_[cases_.number(corners, 0)];
+        emit(cell.triangles, cell.triangle_count);
+      } else {
+        const CellDecision d = unpacked(*decision++, corners);
+        const CellCase& cell = cases_[d.number];
+        if (d.tube.kind == TubeKind::none && cell.centre_count == 0) {
+          emit(cell.triangles, cell.triangle_count);
+        } else {
+          make_surface(values(i, j, k), d, surface);
+          for (int n = 0; n < surface.point_count; ++n) {
+            id[12 + n] = point;
+            make_point(point++, i, j, k, surface.points[static_cast<std::size_t>(n)]);
+          }
+          emit(surface.triangles, surface.triangle_count);
+        }
+      }
+      for (int e = 0; e < 4; ++e) x[e] += is_cut(e);
+      for (int e = 0; e < 2; ++e) y[e] += is_cut(4 + e);
+      z[0] += is_cut(8);
+      z[1] += is_cut(10);
+    });
+  }
+
+  /// A vertex within a cell; its normal by interpolation of the samples' central differences.
+  void make_point(Index v, std::int64_t i, std::int64_t j, std::int64_t k, const Vec3& p) {
+    put(v, index_point(i, j, k) + p);
+    if (!options_.normals) return;
+    Vec3 normal = Vec3::Zero();
+    for (int c = 0; c < 8; ++c) {
+      const std::int64_t at[3] = {i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)};
+      if (grid_.is_beyond(at[0], at[1], at[2])) continue;
+      double weight = 1;
+      for (int a = 0; a < 3; ++a) weight *= (c >> a & 1) != 0 ? p[a] : 1 - p[a];
+      normal -= weight * grid_.gradient(at[0] - grid_.pad, at[1] - grid_.pad, at[2] - grid_.pad);
+    }
+    put_normal(v, normal);
+  }
+
+  PaddedGrid<T> grid_;
+  double isovalue_;
+  MarchingCubesOptions options_;
+  const CellCases& cases_;
+  InsideBits bits_;
+  std::int64_t rows_;
+  std::int64_t grain_;
+  Buffer<RowPlace> place_;
+  std::vector<std::vector<Decision>> decisions_;  // of the ambiguous cells, by chunk of rows
+  std::uint64_t vertices_ = 0;
+  Vec3 origin_;
+  Mat3 to_world_;
+  Mat3 to_world_gradient_;
+  bool left_handed_ = false;
+  mesh::TriangleMesh* mesh_ = nullptr;
+};
+
+/// The grid with every axis of one sample made two, half a spacing to either side.
+template <class T>
+Grid<T> thickened(const Grid<T>& grid) {
+  Grid<T> result;
+  result.geometry = grid.geometry;
+  for (auto& n : result.geometry.dims) n = std::max<std::int64_t>(n, 2);
+  result.voxels = Buffer<T>(static_cast<std::size_t>(result.geometry.count()));
+  const Dims& d = result.dims();
+  const Dims& from = grid.dims();
+  for (std::int64_t k = 0; k < d[2]; ++k) {
+    for (std::int64_t j = 0; j < d[1]; ++j) {
+      for (std::int64_t i = 0; i < d[0]; ++i) {
+        result(i, j, k) = grid(std::min(i, from[0] - 1), std::min(j, from[1] - 1), std::min(k, from[2] - 1));
+      }
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+Isosurface marching_cubes(const volume::Volume& volume, double isovalue,
+                          const MarchingCubesOptions& options) {
+  if (!std::isfinite(isovalue)) throw Error("an isovalue must be finite");
+  return volume::visit(volume, [&]<class T>(const Grid<T>& grid) {
+    const Dims& dims = grid.dims();
+    Vec3 shift = Vec3::Zero();
+    for (int a = 0; a < 3; ++a) shift[a] = dims[a] == 1 ? -0.5 : 0;
+    Isosurface result = shift.isZero() ? Mesher<T>(grid, isovalue, shift, options).run()
+                                       : Mesher<T>(thickened(grid), isovalue, shift, options).run();
+    result.counts.cells = 1;
+    for (const auto n : dims) result.counts.cells *= std::max<std::int64_t>(1, n - 1);
+    return result;
+  });
+}
+
+}  // namespace vol::isosurface

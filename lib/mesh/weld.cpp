@@ -1,0 +1,117 @@
+#include "mesh/weld.h"
+
+#include <bit>
+#include <limits>
+#include <vector>
+
+#include "base/parallel.h"
+#include "base/vec.h"
+
+namespace vol::mesh {
+namespace {
+
+using Index = std::uint32_t;
+using Place = std::array<double, 3>;
+constexpr Index kNone = std::numeric_limits<Index>::max();
+
+std::uint64_t hash(const Place& p) {
+  std::uint64_t h = 0;
+  for (const double x : p) {
+    h = (h ^ std::bit_cast<std::uint64_t>(x + 0.0)) * 0x9e3779b97f4a7c15u;  // + 0.0: -0 becomes 0
+    h ^= h >> 29;
+  }
+  return h;
+}
+
+/// For each vertex the first at its place.
+Buffer<Index> first_at_place(const Buffer<Place>& positions) {
+  std::size_t size = 16;
+  while (size < 2 * positions.size()) size *= 2;
+  std::vector<Index> table(size, kNone);
+  Buffer<Index> first(positions.size());
+  Buffer<std::uint32_t> slot(positions.size());
+  parallel_for(0, static_cast<std::int64_t>(positions.size()), 1 << 15,
+               [&](std::int64_t begin, std::int64_t end) {
+                 for (std::int64_t v = begin; v < end; ++v) {
+                   slot[static_cast<std::size_t>(v)] =
+                       static_cast<std::uint32_t>(hash(positions[static_cast<std::size_t>(v)]) >> 32);
+                 }
+               });
+  constexpr std::size_t kAhead = 16;  // table entries are fetched this many vertices before they are needed
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    if (v + kAhead < positions.size()) __builtin_prefetch(&table[slot[v + kAhead] & (size - 1)], 1);
+    std::size_t s = slot[v] & (size - 1);
+    while (table[s] != kNone && (slot[table[s]] != slot[v] || positions[table[s]] != positions[v])) {
+      s = (s + 1) & (size - 1);
+    }
+    if (table[s] == kNone) table[s] = static_cast<Index>(v);
+    first[v] = table[s];
+  }
+  return first;
+}
+
+bool is_flat(const TriangleMesh& mesh, const std::array<Index, 3>& t) {
+  const auto at = [&](int i) { return Eigen::Map<const Vec3>(mesh.positions[t[i]].data()); };
+  return (at(1) - at(0)).cross(at(2) - at(0)).squaredNorm() == 0;
+}
+
+}  // namespace
+
+WeldCounts weld(TriangleMesh& mesh) {
+  WeldCounts counts;
+  const Buffer<Index> first = first_at_place(mesh.positions);
+  const std::size_t vertices = mesh.positions.size();
+  for (std::size_t v = 0; v < vertices; ++v) counts.vertices_merged += first[v] != v;
+  counts.flat_triangles = parallel_reduce<std::int64_t>(
+      0, static_cast<std::int64_t>(mesh.triangles.size()), 1 << 15,
+      [&](std::int64_t begin, std::int64_t end) {
+        std::int64_t flat = 0;
+        for (std::int64_t n = begin; n < end; ++n) {
+          const auto& t = mesh.triangles[static_cast<std::size_t>(n)];
+          const bool collapsed =
+              first[t[0]] == first[t[1]] || first[t[1]] == first[t[2]] || first[t[2]] == first[t[0]];
+          flat += !collapsed && is_flat(mesh, t);
+        }
+        return flat;
+      },
+      [](std::int64_t& total, std::int64_t part) { total += part; });
+  if (counts.vertices_merged == 0) return counts;
+
+  std::size_t kept = 0;
+  std::vector<bool> used(vertices, false);
+  for (const auto& t : mesh.triangles) {
+    const std::array<Index, 3> welded{first[t[0]], first[t[1]], first[t[2]]};
+    if (welded[0] == welded[1] || welded[1] == welded[2] || welded[2] == welded[0]) continue;
+    for (const Index v : welded) used[v] = true;
+    mesh.triangles[kept++] = welded;
+  }
+  counts.triangles_dropped = static_cast<std::int64_t>(mesh.triangles.size() - kept);
+  mesh.triangles.resize(kept);
+
+  std::vector<Index> number(vertices, kNone);
+  Index next = 0;
+  for (std::size_t v = 0; v < vertices; ++v) {
+    if (!used[v]) {
+      counts.vertices_unused += first[v] == v;
+      continue;
+    }
+    number[v] = next;
+    mesh.positions[next] = mesh.positions[v];
+    if (!mesh.normals.empty()) mesh.normals[next] = mesh.normals[v];
+    ++next;
+  }
+  mesh.positions.resize(next);
+  if (!mesh.normals.empty()) mesh.normals.resize(next);
+  for (auto& t : mesh.triangles) {
+    for (Index& v : t) v = number[v];
+  }
+  return counts;
+}
+
+void round_to_float(TriangleMesh& mesh) {
+  for (auto& p : mesh.positions) {
+    for (double& x : p) x = static_cast<double>(static_cast<float>(x));
+  }
+}
+
+}  // namespace vol::mesh
