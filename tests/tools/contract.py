@@ -36,6 +36,7 @@ SMALL = {
     "vol-fft": "{volume} -o out.nrrd --pad 1.5 --compensate es:6",
     "fvr-slice": "{spectrum} -o out.exr --size 32x24 --view 30,20",
     "fvr-slice-gpu": "{spectrum} -o out.exr --size 32x24 --view 30,20",
+    "isosurf-mc": "{volume} --isovalue 0.5 -o out.ply",
 }
 LONG = {
     "vol-phantom": "protein --dims 400x400x400 --type f64 -o out.nrrd",
@@ -45,11 +46,13 @@ LONG = {
     "vol-fft": "{big} -o out.nrrd --pad 2 --shading directional",
     "fvr-slice": "{spectrum} -o out.exr --size 1024x1024 --turntable 2000",
     "fvr-slice-gpu": "{spectrum} -o out.exr --size 1024x1024 --turntable 2000",
+    "isosurf-mc": "{big} --isovalue " + ",".join(f"{n / 40}" for n in range(1, 40)) + " -o out.obj",
 }
 READS = {  # an input of the kind the tool wants, by the placeholder above
     "vol-info": "volume", "vol-convert": "volume", "vol-compare": "volume", "vol-dwt": "volume",
     "vol-index": "coefficients", "vol-raycast": "volume", "img-compare": "image",
     "vol-fft": "volume", "fvr-slice": "spectrum", "fvr-slice-gpu": "spectrum",
+    "isosurf-mc": "volume",
 }
 MAKE = {
     "volume": ("volume.nrrd", "vol-phantom marschner-lobb --dims 17x16x15 -o volume.nrrd"),

@@ -1,0 +1,38 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "mesh/triangle_mesh.h"
+
+namespace vol::io {
+
+/// A run of a mesh's vertices and triangles that belongs to one isovalue; runs follow one another.
+struct MeshPart {
+  double isovalue = 0;
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+};
+
+struct MeshWriteOptions {
+  std::string format = {};           ///< "ply", "obj" or "stl"; empty: by extension, ply for standard output
+  bool double_precision = false;     ///< positions as f64 (ply, obj); else f32
+  std::vector<MeshPart> parts = {};  ///< where there are several: ply has a property `isovalue`, obj groups
+  std::map<std::string, std::string> attributes = {};  ///< become comments (ply, obj)
+};
+
+/// Writes a mesh as PLY (binary, little endian), Wavefront OBJ (text, the shortest digits that read back the
+/// same) or STL (binary: triangles alone, f32). The same mesh gives the same bytes; the file appears whole or
+/// not at all. `-` is standard output.
+///
+/// \return what the format could not hold, one sentence each
+/// \throws vol::Error on another format, double precision for STL, too many triangles for it, and files that
+/// cannot be written
+std::vector<std::string> write_mesh(const std::filesystem::path& path, const mesh::TriangleMesh& mesh,
+                                    const MeshWriteOptions& options = {});
+
+/// Throws what write_mesh would throw for the name and options alone: call it before the work, not after.
+void require_mesh_format(const std::filesystem::path& path, const MeshWriteOptions& options);
+
+}  // namespace vol::io

@@ -1,0 +1,149 @@
+// isosurf-mc: isosurfaces of a volume as a triangle mesh.
+//   isosurf-mc head.nrrd --isovalue 90 -o head.ply
+//   isosurf-mc protein.nrrd --isovalue 0.2,-0.2 --close -o protein.obj --stats mesh.json
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "cli/options.h"
+#include "cli/run.h"
+#include "cli/volume_input.h"
+#include "io/mesh.h"
+#include "isosurface/marching_cubes.h"
+#include "mesh/measures.h"
+#include "mesh/weld.h"
+
+namespace {
+
+using namespace vol;
+using nlohmann::json;
+
+struct Options {
+  cli::VolumeInput input;
+  std::filesystem::path output;
+  std::vector<double> isovalues;
+  std::string type = "f32";
+  isosurface::MarchingCubesOptions mesh;
+  io::MeshWriteOptions write;
+  bool no_normals = false, no_weld = false, no_measures = false;
+};
+
+void declare(CLI::App& app, Options& o) {
+  cli::add_volume_input(app, o.input);
+  app.add_option("-o,--output", o.output, "Mesh (.ply .obj .stl); - is standard output")
+      ->required()
+      ->group("Files");
+  app.add_option("--format", o.write.format, "ply, obj or stl [by extension; ply]")
+      ->check(CLI::IsMember({"ply", "obj", "stl"}))
+      ->group("Files");
+
+  const char* surface = "Surface";
+  app.add_option("--isovalue", o.isovalues,
+                 "Values of the surfaces, in the volume's units; VALUE or VALUE,VALUE,...")
+      ->required()
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->take_all()
+      ->check(cli::check_finite)
+      ->group(surface);
+  app.add_flag("--close", o.mesh.close, "Close the surface at the volume's border: all beyond is outside")
+      ->group(surface);
+  app.add_flag(
+         "--no-weld", o.no_weld,
+         "Leave vertices at the same place and triangles without area, where samples equal the isovalue")
+      ->group(surface);
+
+  const char* contents = "Contents of the file";
+  app.add_flag("--no-normals", o.no_normals, "Do not write the field's normals")->group(contents);
+  app.add_option("--type", o.type, "Positions: f32 or f64 (ply, obj)")
+      ->check(CLI::IsMember({"f32", "f64"}))
+      ->capture_default_str()
+      ->group(contents);
+  app.add_flag("--no-measures", o.no_measures,
+               "Do not count components, edges, area and volume for the stats record")
+      ->group(contents);
+}
+
+json measures(const mesh::TriangleMesh& mesh) {
+  const mesh::Topology t = mesh::topology(mesh);
+  const mesh::Extent e = mesh::extent(mesh);
+  json result{{"vertices", t.vertices},
+              {"triangles", t.triangles},
+              {"edges", t.edges},
+              {"components", t.components},
+              {"euler_characteristic", t.euler},
+              {"boundary_edges", t.boundary_edges},
+              {"boundary_loops", t.boundary_loops},
+              {"non_manifold_edges", t.non_manifold_edges},
+              {"non_manifold_vertices", t.non_manifold_vertices},
+              {"misoriented_edges", t.misoriented_edges},
+              {"area", e.area}};
+  result["volume"] = t.boundary_edges == 0 ? json(e.volume) : json();  // of an open surface: none
+  return result;
+}
+
+/// The surface of one isovalue as it goes to the file; adds to the counts.
+mesh::TriangleMesh make_surface(const volume::Volume& volume, double isovalue, const Options& o, json& result,
+                                std::map<std::string, std::int64_t>& counts, cli::Record& record) {
+  auto surface =
+      record.repeated("extract", [&] { return isosurface::marching_cubes(volume, isovalue, o.mesh); });
+  counts["cells"] += surface.counts.cells;
+  counts["active_cells"] += surface.counts.active_cells;
+  counts["ambiguous_cells"] += surface.counts.ambiguous_cells;
+  counts["tubes"] += surface.counts.tubes;
+  if (o.type == "f32") record.timed("round", [&] { mesh::round_to_float(surface.mesh); });
+  if (!o.no_weld) {
+    const auto welded = record.timed("weld", [&] { return mesh::weld(surface.mesh); });
+    counts["vertices_merged"] += welded.vertices_merged;
+    counts["triangles_dropped"] += welded.triangles_dropped;
+    counts["flat_triangles"] += welded.flat_triangles;
+  }
+  counts["vertices"] += static_cast<std::int64_t>(surface.mesh.positions.size());
+  counts["triangles"] += static_cast<std::int64_t>(surface.mesh.triangles.size());
+  json entry{{"isovalue", isovalue}};
+  if (!o.no_measures) entry.update(record.timed("measures", [&] { return measures(surface.mesh); }));
+  result.push_back(std::move(entry));
+  return std::move(surface.mesh);
+}
+
+int work(Options& o, cli::Record& record) {
+  o.mesh.normals = !o.no_normals;
+  o.write.double_precision = o.type == "f64";
+  io::require_mesh_format(o.output, o.write);
+  const volume::Volume volume = cli::load(o.input, record);
+  json result = json::array();
+  std::map<std::string, std::int64_t> counts;
+  mesh::TriangleMesh all;
+  for (const double isovalue : o.isovalues) {
+    auto surface = make_surface(volume, isovalue, o, result, counts, record);
+    o.write.parts.push_back({isovalue, surface.positions.size(), surface.triangles.size()});
+    if (all.positions.empty()) {
+      all = std::move(surface);
+    } else {
+      record.timed("join", [&] { mesh::append(all, surface); });
+    }
+  }
+  for (const auto& [name, n] : counts) record.count(name, n);
+  record.result("surfaces", result);
+  o.write.attributes = record.provenance();
+  const auto lost = record.timed("write", [&] { return io::write_mesh(o.output, all, o.write); });
+  for (const auto& sentence : lost) record.say(sentence);
+  record.output(o.output);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Isosurfaces of a volume as a triangle mesh: marching cubes with the topology of the trilinear field.\n"
+      "Values at least the isovalue are inside, ties too; the mesh has no cracks, whatever the data."};
+  Options options;
+  declare(app, options);
+  return cli::run(
+      app,
+      {.name = "isosurf-mc",
+       .example = "vol-phantom marschner-lobb -o - | isosurf-mc - --isovalue 0.5 -o ml.ply",
+       .references = "Lorensen & Cline 1987; Nielson & Hamann 1991; Nielson 2003; Custodio et al. 2013",
+       .repeats = true},
+      argc, argv, [&](cli::Record& record) { return work(options, record); });
+}
