@@ -1,0 +1,192 @@
+#include "render/isosurface_rays.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "render/shading.h"
+#include "render/visibility.h"
+
+namespace vol::render {
+namespace {
+
+constexpr double kNarrowest = 0x1p-46;
+
+/// The change of side in [0, 1] of a polynomial whose ends are on different sides and which changes once.
+double bisect(const Bernstein& p) {
+  const bool start = p.b[0] >= 0;
+  double low = 0;
+  double high = 1;
+  for (int n = 0; n < 52; ++n) {
+    const double middle = 0.5 * (low + high);
+    ((p(middle) >= 0) == start ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+int side_changes(const Bernstein& p) {
+  int changes = 0;
+  for (int k = 0; k < p.degree; ++k) changes += (p.b[k] >= 0) != (p.b[k + 1] >= 0);
+  return changes;
+}
+
+std::optional<double> search(const Bernstein& p, double from, double width, bool* undecided) {
+  const int changes = side_changes(p);
+  if (changes == 0) return std::nullopt;
+  if (changes == 1) return from + width * bisect(p);
+  if (width <= kNarrowest) {
+    if ((p.b[0] >= 0) != (p.b[p.degree] >= 0)) return from + 0.5 * width;
+    if (undecided != nullptr) *undecided = true;
+    return std::nullopt;
+  }
+  Bernstein left, right;
+  p.halve(left, right);
+  if (const auto u = search(left, from, 0.5 * width, undecided)) return u;
+  return search(right, from + 0.5 * width, 0.5 * width, undecided);
+}
+
+}  // namespace
+
+std::optional<double> first_crossing(const Bernstein& p, double value, bool* undecided) {
+  Bernstein shifted = p;
+  for (int k = 0; k <= p.degree; ++k) shifted.b[k] -= value;
+  return search(shifted, 0, 1, undecided);
+}
+
+IsosurfaceRays::Counts& IsosurfaceRays::Counts::operator+=(const Counts& other) {
+  rays += other.rays;
+  hits += other.hits;
+  cells += other.cells;
+  undecided += other.undecided;
+  return *this;
+}
+
+IsosurfaceRays::IsosurfaceRays(const volume::Volume& volume, volume::Reconstruction reconstruction,
+                               double isovalue, bool close)
+    : geometry_(volume.geometry()),
+      field_(volume, reconstruction),
+      pieces_(volume, reconstruction),
+      isovalue_(isovalue),
+      close_(close) {
+  if (!std::isfinite(isovalue)) throw Error("an isovalue must be finite");
+  if (reconstruction == volume::Reconstruction::nearest) {
+    throw Error("an isosurface needs a continuous field: trilinear, catmull-rom or b-spline");
+  }
+  (void)volume::value_range(volume);  // refuses NaN and infinity
+  const index::Macrocells cells = index::macrocells(volume, reconstruction);
+  macrocells_ = cells.dims;
+  crossed_.resize(cells.ranges.size());
+  for (std::size_t n = 0; n < crossed_.size(); ++n) {
+    const volume::Range range = widened(cells.ranges[n], cells.all);
+    crossed_[n] = range.min <= isovalue && range.max >= isovalue;
+  }
+}
+
+IsosurfaceRays::Hit IsosurfaceRays::hit_at(const camera::Ray& ray, double t) const {
+  const Vec3 p = ray.origin + t * ray.direction;
+  const Vec3 gradient = field_.view().gradient(p);
+  const double length = gradient.stableNorm();
+  return {t, p, length > 0 ? Vec3(-gradient / length) : Vec3(Vec3::Zero())};
+}
+
+IsosurfaceRays::Hit IsosurfaceRays::border_hit(const camera::Ray& ray, double t) const {
+  const Vec3 p = ray.origin + t * ray.direction;
+  // The face that the point is nearest to, in box coordinates; its outward normal is a covector.
+  const Mat3 to_box = bounds().edges.inverse();
+  const Vec3 u = to_box * (p - bounds().corner);
+  int axis = 0;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int a = 0; a < 3; ++a) {
+    const double distance = std::min(std::abs(u[a]), std::abs(1 - u[a]));
+    if (distance < nearest) {
+      nearest = distance;
+      axis = a;
+    }
+  }
+  const Vec3 normal = to_box.row(axis).transpose().normalized() * (u[axis] < 0.5 ? -1 : 1);
+  return {t, p, normal};
+}
+
+std::optional<IsosurfaceRays::Hit> IsosurfaceRays::first_hit(const camera::Ray& ray, const Chord& chord,
+                                                             Counts& counts) const {
+  ++counts.rays;
+  if (close_ && field_.view().value(ray.origin + chord.entry * ray.direction) >= isovalue_) {
+    ++counts.hits;
+    return border_hit(ray, chord.entry);
+  }
+  const auto worth = [&](const std::int64_t cell[3]) {
+    const std::int64_t macrocell =
+        (cell[0] >> index::Macrocells::kEdgeLog2) +
+        macrocells_[0] * ((cell[1] >> index::Macrocells::kEdgeLog2) +
+                          macrocells_[1] * (cell[2] >> index::Macrocells::kEdgeLog2));
+    return crossed_[static_cast<std::size_t>(macrocell)] != 0;
+  };
+  std::optional<double> where;
+  std::optional<bool> inside;  // where the last piece ended
+  bool undecided = false;
+  pieces_(
+      ray, chord,
+      [&](const RayPiece& piece) {
+        ++counts.cells;
+        const bool starts_inside = piece.p.b[0] >= isovalue_;
+        if (inside && *inside != starts_inside) {
+          where = piece.t0;
+          return false;
+        }
+        if (const auto u = first_crossing(piece.p, isovalue_, &undecided)) {
+          where = piece.t0 + *u * (piece.t1 - piece.t0);
+          return false;
+        }
+        inside = piece.p.b[piece.p.degree] >= isovalue_;
+        return true;
+      },
+      worth);
+  counts.undecided += undecided && !where;
+  if (!where) return std::nullopt;
+  ++counts.hits;
+  return hit_at(ray, *where);
+}
+
+IsosurfaceImage draw_isosurface(const IsosurfaceRays& surface, const Scene& scene, const Vec3& colour,
+                                int width, int height) {
+  IsosurfaceImage result;
+  result.image = image::Image(width, height,
+                              {"R", "G", "B", "A", "depth", "normal.x", "normal.y", "normal.z", "position.x",
+                               "position.y", "position.z"});
+  const RayBox box(surface.bounds());
+  const camera::Camera camera(scene.view, surface.bounds().centre(), surface.bounds().longest_edge(), width,
+                              height);
+  const BlinnPhong light(scene.shading.value_or(Shading{}));
+  const auto row = [&](std::int64_t begin, std::int64_t end) {
+    IsosurfaceRays::Counts counts;
+    for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+      for (int x = 0; x < width; ++x) {
+        float* pixel = &result.image.at(x, y, 0);
+        std::fill_n(pixel, 11, 0.0F);
+        pixel[4] = std::numeric_limits<float>::infinity();
+        const camera::Ray ray = camera.ray(x + 0.5, y + 0.5);
+        const auto chord = box.chord(ray, camera.t_min());
+        if (!chord) continue;
+        const auto hit = surface.first_hit(ray, *chord, counts);
+        if (!hit) continue;
+        const Vec3 lit = light(-hit->normal, ray.direction)(colour);
+        for (int c = 0; c < 3; ++c) {
+          pixel[c] = static_cast<float>(lit[c]);
+          pixel[5 + c] = static_cast<float>(hit->normal[c]);
+          pixel[8 + c] = static_cast<float>(hit->position[c]);
+        }
+        pixel[3] = 1;
+        pixel[4] = static_cast<float>(hit->t);
+      }
+    }
+    return counts;
+  };
+  result.counts = parallel_reduce<IsosurfaceRays::Counts>(
+      0, height, 1, row,
+      [](IsosurfaceRays::Counts& sum, const IsosurfaceRays::Counts& part) { sum += part; });
+  return result;
+}
+
+}  // namespace vol::render

@@ -1,0 +1,76 @@
+#pragma once
+#include <optional>
+
+#include "index/macrocells.h"
+#include "render/grid_field.h"
+#include "render/options.h"
+#include "render/ray_polynomial.h"
+#include "render/raycast.h"
+
+namespace vol::render {
+
+/// Where p - value first changes between the sides "at least 0" and "below 0" on [0, 1], to within 1e-14.
+///
+/// By the Bernstein coefficients: all on one side, and the polynomial is; one change of side among them and
+/// there is one root; else both halves are searched, the first one first. So a pair of roots cannot be
+/// skipped, unless it is closer than 2^-46: then `undecided` is set. A zero coefficient is on the side
+/// "at least", which is the isosurface's rule for ties.
+[[nodiscard]] std::optional<double> first_crossing(const Bernstein& p, double value,
+                                                   bool* undecided = nullptr);
+
+/// The isosurface f = isovalue of a reconstructed volume, met by rays. Refers to the volume, which must live
+/// longer.
+class IsosurfaceRays {
+ public:
+  /// \param close  what is inside (f >= isovalue) at the volume's border ends there: the border is surface
+  /// too \throws vol::Error on NaN or infinity in the volume, and an isovalue that is not finite
+  IsosurfaceRays(const volume::Volume& volume, volume::Reconstruction reconstruction, double isovalue,
+                 bool close);
+
+  struct Hit {
+    double t;       ///< world length along the ray
+    Vec3 position;  ///< world
+    Vec3 normal;    ///< unit, from inside to outside; 0 where the gradient vanishes
+  };
+  struct Counts {
+    std::int64_t rays = 0;  ///< that meet the volume
+    std::int64_t hits = 0;
+    std::int64_t cells = 0;      ///< whose polynomial was made
+    std::int64_t undecided = 0;  ///< rays that may touch the surface without passing through it
+    Counts& operator+=(const Counts& other);
+  };
+
+  /// The first change of side on the chord: from cell to cell by the polynomial that the field is there
+  /// (degree 3 for trilinear, 9 for the cubics), cells in macrocells whose range excludes the isovalue left
+  /// out. A change between two cells, where rounding puts it, is a hit too.
+  [[nodiscard]] std::optional<Hit> first_hit(const camera::Ray& ray, const Chord& chord,
+                                             Counts& counts) const;
+
+  [[nodiscard]] const volume::FieldBounds& bounds() const { return field_.view().bounds; }
+
+ private:
+  [[nodiscard]] Hit hit_at(const camera::Ray& ray, double t) const;
+  [[nodiscard]] Hit border_hit(const camera::Ray& ray, double t) const;
+
+  const volume::GridGeometry& geometry_;
+  GridField field_;
+  GridPieces pieces_;
+  double isovalue_;
+  bool close_;
+  Dims macrocells_;
+  std::vector<std::uint8_t> crossed_;  // macrocells whose range holds the isovalue
+};
+
+struct IsosurfaceImage {
+  /// R, G, B, A (lit colour, linear; A 1 on the surface), `depth` (world length along the ray, +infinity
+  /// where there is none), `normal.x` .. `normal.z`, `position.x` .. `position.z` (world; 0 where there is
+  /// none).
+  image::Image image;
+  IsosurfaceRays::Counts counts;
+};
+
+/// One ray a pixel; Blinn-Phong with the scene's shading (or its defaults), as vol-raycast lights.
+[[nodiscard]] IsosurfaceImage draw_isosurface(const IsosurfaceRays& surface, const Scene& scene,
+                                              const Vec3& colour, int width, int height);
+
+}  // namespace vol::render

@@ -1,0 +1,300 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "base/rng.h"
+#include "render/isosurface_rays.h"
+#include "volume/grid_sampler.h"
+
+namespace vol::render {
+namespace {
+
+__extension__ using Quad = __float128;
+
+Quad root_of(Quad x) {
+  if (x <= 0) return 0;
+  Quad r = std::sqrt(static_cast<double>(x));
+  for (int n = 0; n < 4; ++n) r = (r + x / r) / 2;
+  return r;
+}
+
+volume::Volume random_volume(Rng& rng, const Dims& dims) {
+  volume::Grid<float> grid;
+  grid.geometry.dims = dims;
+  grid.geometry.spacing = {0.7, 1.3, 1};
+  grid.geometry.origin = {-3, 5, 2};
+  grid.geometry.direction =
+      (Eigen::AngleAxisd(0.6, Vec3::UnitY()) * Eigen::AngleAxisd(0.3, Vec3::UnitX())).toRotationMatrix();
+  grid.voxels = Buffer<float>(static_cast<std::size_t>(grid.geometry.count()));
+  for (float& v : grid.voxels) v = static_cast<float>(rng.uniform(-1, 1));
+  volume::Volume volume;
+  volume.grid = std::move(grid);
+  return volume;
+}
+
+camera::Ray random_ray(Rng& rng, const volume::FieldBounds& bounds) {
+  // Through a point in the box, from outside; every eighth along an axis of the grid.
+  const Vec3 p = bounds.corner + bounds.edges * Vec3(rng.uniform(), rng.uniform(), rng.uniform());
+  Vec3 d(rng.normal(), rng.normal(), rng.normal());
+  if (rng.below(8) == 0) d = bounds.edges.col(static_cast<Eigen::Index>(rng.below(3)));
+  d.normalize();
+  return {p - 20 * d, d};
+}
+
+/// The first change of side along a ray by the exact cubic in each cell, in quadruple precision: pieces
+/// between the cubic's two extrema are monotone, so that signs at their ends tell all.
+struct Truth {
+  std::optional<double> t;
+  bool judged =
+      true;  ///< no extremum or cell's face, up to the hit, with a value within 1e-12 of the isovalue
+};
+
+Truth exact_first_hit(const volume::Grid<float>& grid, const camera::Ray& ray, const Chord& chord,
+                      double isovalue) {
+  const Mat3 to_index = grid.geometry.world_to_index_matrix();
+  const Vec3 o = to_index * (ray.origin - grid.geometry.origin);
+  const Vec3 d = to_index * ray.direction;
+  std::vector<double> planes{chord.entry, chord.exit};
+  for (int a = 0; a < 3; ++a) {
+    if (d[a] == 0) continue;
+    for (std::int64_t n = 0; n < grid.dims()[static_cast<std::size_t>(a)]; ++n) {
+      const double t = (double(n) - o[a]) / d[a];
+      if (t > chord.entry && t < chord.exit) planes.push_back(t);
+    }
+  }
+  std::sort(planes.begin(), planes.end());
+  Truth truth;
+  for (std::size_t n = 0; n + 1 < planes.size(); ++n) {
+    const Quad t0 = planes[n];
+    const Quad width = Quad(planes[n + 1]) - t0;
+    if (width <= Quad(1e-13)) continue;
+    std::int64_t cell[3];
+    Quad at[3], slope[3];
+    for (int a = 0; a < 3; ++a) {
+      const double middle = o[a] + 0.5 * (planes[n] + planes[n + 1]) * d[a];
+      cell[a] = std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(middle)), 0,
+                                         grid.dims()[static_cast<std::size_t>(a)] - 2);
+      at[a] = Quad(o[a]) + t0 * Quad(d[a]) - Quad(cell[a]);
+      slope[a] = width * Quad(d[a]);
+    }
+    Quad c[4] = {-Quad(isovalue), 0, 0, 0};
+    for (int corner = 0; corner < 8; ++corner) {
+      Quad w[4] = {Quad(grid(cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2))),
+                   0, 0, 0};
+      for (int a = 0; a < 3; ++a) {
+        const bool upper = (corner >> a & 1) != 0;
+        const Quad c0 = upper ? at[a] : 1 - at[a];
+        const Quad c1 = upper ? slope[a] : -slope[a];
+        for (int k = 3; k >= 0; --k) w[k] = w[k] * c0 + (k > 0 ? w[k - 1] * c1 : Quad(0));
+      }
+      for (int k = 0; k < 4; ++k) c[k] += w[k];
+    }
+    const auto f = [&](Quad u) { return c[0] + u * (c[1] + u * (c[2] + u * c[3])); };
+    std::vector<Quad> ends{0};
+    const Quad disc = c[2] * c[2] - 3 * c[1] * c[3];
+    if (disc > 0) {
+      const Quad q = -(c[2] + (c[2] < 0 ? -1 : 1) * root_of(disc));
+      for (const Quad u : {c[3] != 0 ? q / (3 * c[3]) : Quad(-1), q != 0 ? c[1] / q : Quad(-1)}) {
+        if (u > 0 && u < 1) ends.push_back(u);
+      }
+      std::sort(ends.begin(), ends.end());
+    }
+    ends.push_back(1);
+    for (std::size_t e = 0; e + 1 < ends.size(); ++e) {
+      const Quad low = f(ends[e]);
+      const Quad high = f(ends[e + 1]);
+      // The range of values is 2.
+      for (const Quad v : {low, high}) truth.judged = truth.judged && (v < 0 ? -v : v) > Quad(2e-12);
+      if ((low >= 0) == (high >= 0)) continue;
+      Quad a = ends[e], b = ends[e + 1];
+      for (int step = 0; step < 60; ++step) {
+        const Quad m = (a + b) / 2;
+        ((f(m) >= 0) == (low >= 0) ? a : b) = m;
+      }
+      truth.t = static_cast<double>(t0 + width * (a + b) / 2);
+      return truth;
+    }
+  }
+  return truth;
+}
+
+/// The usual way: signs at steps of half a voxel.
+std::optional<double> sign_test(const FieldView& field, const camera::Ray& ray, const Chord& chord,
+                                double isovalue) {
+  const double step = 0.35;  // half the smallest spacing
+  bool inside = field.value(ray.origin + chord.entry * ray.direction) >= isovalue;
+  for (double t = chord.entry + step;; t += step) {
+    const double at = std::min(t, chord.exit);
+    if ((field.value(ray.origin + at * ray.direction) >= isovalue) != inside) return at;
+    if (at >= chord.exit) return std::nullopt;
+  }
+}
+
+struct Tally {
+  std::int64_t rays = 0, unjudged = 0, hits = 0, missed = 0, invented = 0, misplaced = 0,
+               sign_test_missed = 0;
+};
+
+// No hit missed, none invented, depth to 1e-6 voxel: the cubic's Bernstein coefficients are off by some 1e-16
+// and its slope at a hit that is judged may be as low as 1e-6 (an extremum 1e-12 away), so that t is good to
+// 1e-9.
+TEST(IsosurfaceRays, MeetWhatTheExactCubicMeets) {
+  const char* text = std::getenv("PRECIS_TEST_RAYS");
+  const std::int64_t rays = text != nullptr ? std::atoll(text) : 40000;
+  constexpr std::int64_t kAVolume = 1000;
+  const Tally tally = parallel_reduce<Tally>(
+      0, rays / kAVolume, 1,
+      [&](std::int64_t begin, std::int64_t end) {
+        Tally part;
+        for (std::int64_t n = begin; n < end; ++n) {
+          Rng rng(static_cast<std::uint64_t>(7000 + n));
+          const volume::Volume volume = random_volume(rng, {5, 4, 6});
+          const auto& grid = std::get<volume::Grid<float>>(volume.grid);
+          const double isovalue = rng.uniform(0.1, 0.7);
+          const IsosurfaceRays surface(volume, volume::Reconstruction::trilinear, isovalue, false);
+          const GridField field(volume, volume::Reconstruction::trilinear);
+          const RayBox box(surface.bounds());
+          IsosurfaceRays::Counts counts;
+          for (int r = 0; r < kAVolume; ++r) {
+            const camera::Ray ray = random_ray(rng, surface.bounds());
+            const auto chord = box.chord(ray, 0);
+            if (!chord) continue;
+            ++part.rays;
+            const Truth truth = exact_first_hit(grid, ray, *chord, isovalue);
+            const auto hit = surface.first_hit(ray, *chord, counts);
+            if (!truth.judged) {
+              ++part.unjudged;
+              continue;
+            }
+            part.hits += truth.t.has_value();
+            part.missed += truth.t && !hit;
+            part.invented += hit && !truth.t;
+            part.misplaced += hit && truth.t && !(std::abs(hit->t - *truth.t) < 0.7e-6);
+            const auto stepped = sign_test(field.view(), ray, *chord, isovalue);
+            part.sign_test_missed += truth.t && !(stepped && *stepped <= *truth.t + 0.35 + 1e-9);
+          }
+        }
+        return part;
+      },
+      [](Tally& sum, const Tally& part) {
+        sum.rays += part.rays;
+        sum.unjudged += part.unjudged;
+        sum.hits += part.hits;
+        sum.missed += part.missed;
+        sum.invented += part.invented;
+        sum.misplaced += part.misplaced;
+        sum.sign_test_missed += part.sign_test_missed;
+      });
+  std::printf(
+      "rays %lld, hits %lld, not judged %lld; missed %lld, invented %lld, misplaced %lld; half-voxel sign "
+      "test missed %lld\n",
+      static_cast<long long>(tally.rays), static_cast<long long>(tally.hits),
+      static_cast<long long>(tally.unjudged), static_cast<long long>(tally.missed),
+      static_cast<long long>(tally.invented), static_cast<long long>(tally.misplaced),
+      static_cast<long long>(tally.sign_test_missed));
+  EXPECT_EQ(tally.missed, 0);
+  EXPECT_EQ(tally.invented, 0);
+  EXPECT_EQ(tally.misplaced, 0);
+  EXPECT_GT(tally.hits, tally.rays / 2);
+  EXPECT_LT(tally.unjudged, tally.rays / 1000);
+  EXPECT_GT(tally.sign_test_missed, 0);  // or the rays are too easy
+}
+
+// The cubics' degree 9: no sign changes on a dense scan before the hit, and the value there is the isovalue.
+// The field's slope is below 20 a voxel here, the hit good to 1e-14 of a cell, the spline's sums to 1e-14.
+TEST(IsosurfaceRays, CubicsHitBeforeAnyChangeOfSign) {
+  for (const auto kernel : {volume::Reconstruction::catmull_rom, volume::Reconstruction::b_spline}) {
+    Rng rng(91);
+    int hits = 0;
+    for (int n = 0; n < 10; ++n) {
+      const volume::Volume volume = random_volume(rng, {9, 8, 10});
+      const double isovalue = rng.uniform(0.2, 0.8);
+      const IsosurfaceRays surface(volume, kernel, isovalue, false);
+      const GridField field(volume, kernel);
+      const RayBox box(surface.bounds());
+      IsosurfaceRays::Counts counts;
+      for (int r = 0; r < 60; ++r) {
+        const camera::Ray ray = random_ray(rng, surface.bounds());
+        const auto chord = box.chord(ray, 0);
+        if (!chord) continue;
+        const auto hit = surface.first_hit(ray, *chord, counts);
+        const double end = hit ? hit->t - 1e-6 : chord->exit;
+        const auto value = [&](double t) { return field.view().value(ray.origin + t * ray.direction); };
+        const bool inside = value(chord->entry) >= isovalue;
+        constexpr int kScan = 3000;
+        for (int i = 0; i <= kScan; ++i) {
+          const double t = chord->entry + (end - chord->entry) * i / kScan;
+          ASSERT_EQ(value(t) >= isovalue, inside) << "ray " << r << " at " << t;
+        }
+        if (!hit) continue;
+        ++hits;
+        EXPECT_NEAR(value(hit->t), isovalue, 1e-11);
+        EXPECT_NEAR(hit->normal.norm(), 1, 1e-12);
+      }
+    }
+    EXPECT_GT(hits, 100);
+  }
+}
+
+// Two roots 1e-6 of the interval apart, anywhere in it.
+TEST(FirstCrossing, PairsOfRootsAreNotSkipped) {
+  Rng rng(92);
+  for (int n = 0; n < 2000; ++n) {
+    const double root = rng.uniform(0.05, 0.95);
+    const double gap = 1e-6;
+    // (u - r)(u - r - gap)(u + 1), by its blossom: b_k = mean over which factors are taken at 1.
+    const double at0[3] = {-root, -root - gap, 1};
+    const double at1[3] = {1 - root, 1 - root - gap, 2};
+    Bernstein p;
+    p.degree = 3;
+    p.b[0] = at0[0] * at0[1] * at0[2];
+    p.b[1] = (at1[0] * at0[1] * at0[2] + at0[0] * at1[1] * at0[2] + at0[0] * at0[1] * at1[2]) / 3;
+    p.b[2] = (at1[0] * at1[1] * at0[2] + at1[0] * at0[1] * at1[2] + at0[0] * at1[1] * at1[2]) / 3;
+    p.b[3] = at1[0] * at1[1] * at1[2];
+    const auto u = first_crossing(p, 0);
+    ASSERT_TRUE(u.has_value()) << root;
+    // The dip is 2.5e-13 deep: rounding of 1e-16 moves its side by about 1e-16 / 1e-6.
+    EXPECT_NEAR(*u, root, 1e-8);
+  }
+}
+
+TEST(FirstCrossing, TiesAreInside) {
+  Bernstein p;
+  p.degree = 1;
+  p.b = {0, 1};
+  EXPECT_FALSE(first_crossing(p, 0).has_value());  // at least 0 throughout
+  p.b = {-1, 0};
+  EXPECT_NEAR(first_crossing(p, 0).value(), 1, 1e-14);
+  p.b = {0, -1};
+  EXPECT_NEAR(first_crossing(p, 0).value(), 0, 1e-14);
+}
+
+// A closed volume all inside is its box, with the box's normals.
+TEST(IsosurfaceRays, ClosedBorderIsSurface) {
+  Rng rng(93);
+  volume::Volume volume = random_volume(rng, {4, 5, 6});
+  const IsosurfaceRays surface(volume, volume::Reconstruction::trilinear, -2, true);
+  const IsosurfaceRays open(volume, volume::Reconstruction::trilinear, -2, false);
+  const RayBox box(surface.bounds());
+  IsosurfaceRays::Counts counts;
+  for (int n = 0; n < 100; ++n) {
+    const camera::Ray ray = random_ray(rng, surface.bounds());
+    const auto chord = box.chord(ray, 0);
+    ASSERT_TRUE(chord);
+    const auto hit = surface.first_hit(ray, *chord, counts);
+    ASSERT_TRUE(hit);
+    EXPECT_EQ(hit->t, chord->entry);
+    EXPECT_LT(hit->normal.dot(ray.direction), 0);
+    EXPECT_FALSE(open.first_hit(ray, *chord, counts));
+  }
+  EXPECT_THROW(IsosurfaceRays(volume, volume::Reconstruction::nearest, 0, false), Error);
+  EXPECT_THROW(IsosurfaceRays(volume, volume::Reconstruction::trilinear, std::nan(""), false), Error);
+}
+
+}  // namespace
+}  // namespace vol::render
