@@ -8,6 +8,8 @@ namespace vol::isosurface {
 namespace {
 
 constexpr std::uint16_t kNoCase = 0xffff;
+constexpr std::array<std::array<int, 4>, 6> kFaceCorners{face_corners(0), face_corners(1), face_corners(2),
+                                                         face_corners(3), face_corners(4), face_corners(5)};
 
 /// The faces that an edge lies in, bit f each.
 unsigned faces_of(int edge) {
@@ -163,15 +165,6 @@ int edge_between(int corner, int other) {
   return 4 * a + (lower >> ((a + 1) % 3) & 1) + 2 * (lower >> ((a + 2) % 3) & 1);
 }
 
-std::array<int, 4> face_corners(int face) {
-  const int a = face / 2;
-  const int u = 1 << ((a + 1) % 3);
-  const int v = 1 << ((a + 2) % 3);
-  const int base = (face & 1) << a;
-  if ((face & 1) != 0) return {base, base | u, base | u | v, base | v};
-  return {base, base | v, base | u | v, base | u};
-}
-
 CellCases::CellCases() : number_(std::size_t{256} * 64, kNoCase) {
   for (int corners = 0; corners < 256; ++corners) {
     for (int f = 0; f < 6; ++f) {
@@ -241,10 +234,13 @@ CellDecision decide(const CellValues& cell, bool beyond_border) {
   unsigned joined = 0;
   for (unsigned faces = cases.ambiguous_faces(result.corners); faces != 0; faces &= faces - 1) {
     const int f = __builtin_ctz(faces);
-    const auto c = face_corners(f);
-    const int in = is_inside(result.corners, c[0]) ? 0 : 1;
-    const auto value = [&](int i) { return cell.value[c[(in + i) % 4]]; };
-    if (face_joins_inside(value(0), value(1), value(2), value(3), cell.isovalue)) joined |= 1u << f;
+    const auto& c = kFaceCorners[static_cast<std::size_t>(f)];
+    const auto value = [&](std::size_t i) { return cell.value[static_cast<std::size_t>(c[i])]; };
+    const bool first = is_inside(result.corners, c[0]);
+    if (first ? face_joins_inside(value(0), value(1), value(2), value(3), cell.isovalue)
+              : face_joins_inside(value(1), value(2), value(3), value(0), cell.isovalue)) {
+      joined |= 1u << f;
+    }
   }
   result.number = cases.number(result.corners, static_cast<int>(joined));
   const CellCase& found = cases[result.number];

@@ -19,7 +19,14 @@ namespace vol::isosurface {
 /// The edge between two neighbouring corners.
 [[nodiscard]] int edge_between(int corner, int other);
 /// Corners of a face, counterclockwise as seen from outside the cell.
-[[nodiscard]] std::array<int, 4> face_corners(int face);
+[[nodiscard]] constexpr std::array<int, 4> face_corners(int face) {
+  const int a = face / 2;
+  const int u = 1 << ((a + 1) % 3);
+  const int v = 1 << ((a + 2) % 3);
+  const int base = (face & 1) << a;
+  if ((face & 1) != 0) return {base, base | u, base | u | v, base | v};
+  return {base, base | v, base | u | v, base | u};
+}
 
 /// The isosurface of one cell as its corners and ambiguous faces decide it: closed loops of segments on the
 /// faces, each the rim of a disk unless a tube joins two.

@@ -107,8 +107,12 @@ std::array<Vec3, kRing> ring_of(const CellField& f, const CellValues& cell, cons
     const int axis = (from ^ to) == 1 ? 0 : (from ^ to) == 2 ? 1 : 2;
     Vec3 target = corner_position(from);
     target[axis] = saddle[axis];
-    const bool differ = (f(saddle) >= 0) != (f(target) >= 0);
-    ring[i] = differ ? bisect(f, saddle, target) : saddle;  // same side: the tube is as thin as rounding
+    // In the plane of the saddle and the edge f - f(s) is the product of the two distances: along the line to
+    // the edge it grows with their square. Where rounding denies the sides, the tube is as thin as rounding.
+    const double at_saddle = f(saddle);
+    const double at_target = f(target);
+    const double share = at_saddle / (at_saddle - at_target);
+    ring[i] = share > 0 && share <= 1 ? Vec3(saddle + std::sqrt(share) * (target - saddle)) : saddle;
   }
   const int d = tube.diagonal;
   const bool reflected = ((d & 1) + (d >> 1 & 1) + (d >> 2)) % 2 == 1;

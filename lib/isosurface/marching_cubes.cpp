@@ -39,20 +39,19 @@ struct PaddedGrid {
   [[nodiscard]] double value(std::int64_t i, std::int64_t j, std::int64_t k) const {
     return is_beyond(i, j, k) ? kOutside : sample(i - pad, j - pad, k - pad);
   }
-  /// Central differences, one-sided at the border, in value per sample; by the samples' own indices.
-  [[nodiscard]] Vec3 gradient(std::int64_t i, std::int64_t j, std::int64_t k) const {
+  /// Adds share times the central differences, one-sided at the border, in value per sample; by the samples'
+  /// own indices.
+  void add_gradient(std::int64_t i, std::int64_t j, std::int64_t k, double share, double* g) const {
     const std::int64_t at[3] = {i, j, k};
     const std::int64_t stride[3] = {1, dims[0], dims[0] * dims[1]};
     const T* here = samples + i + stride[1] * j + stride[2] * k;
-    Vec3 g;
     for (int a = 0; a < 3; ++a) {
       const bool low = at[a] > 0;
       const bool high = at[a] + 1 < dims[a];
       const double difference =
           static_cast<double>(here[high ? stride[a] : 0]) - static_cast<double>(here[low ? -stride[a] : 0]);
-      g[a] = low && high ? 0.5 * difference : difference;
+      g[a] += (low && high ? 0.5 * share : share) * difference;
     }
-    return g;
   }
 };
 
@@ -299,42 +298,58 @@ class Mesher {
     const double first = grid_.value(i, j, k);
     const double second = grid_.value(to[0], to[1], to[2]);
     const double t = crossing(first, second, isovalue_);
-    Vec3 p = index_point(i, j, k);
+    double p[3] = {static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)};
     p[axis] += t;
     put(v, p);
     if (!options_.normals) return;
-    Vec3 normal;
-    if (std::isinf(first) || std::isinf(second)) {
+    double normal[3] = {0, 0, 0};
+    if (first == kOutside || second == kOutside) {
       // On a closed border, out of the volume: a covector in index space, like the gradients below.
-      normal = Vec3::Unit(axis) * (std::isinf(first) ? -1 : 1);
+      normal[axis] = first == kOutside ? -1 : 1;
     } else {
-      const std::int64_t p0 = grid_.pad;
-      const Vec3 g0 = grid_.gradient(i - p0, j - p0, k - p0);
-      const Vec3 g1 = grid_.gradient(to[0] - p0, to[1] - p0, to[2] - p0);
-      normal = -((1 - t) * g0 + t * g1);
+      const std::int64_t pad = grid_.pad;
+      grid_.add_gradient(i - pad, j - pad, k - pad, t - 1, normal);
+      grid_.add_gradient(to[0] - pad, to[1] - pad, to[2] - pad, -t, normal);
     }
     put_normal(v, normal);
   }
 
-  static Vec3 index_point(std::int64_t i, std::int64_t j, std::int64_t k) {
-    return {static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)};
-  }
   /// A vertex by padded index coordinates.
-  void put(Index v, const Vec3& p) {
-    const Vec3 world = origin_ + to_world_ * p;
-    mesh_->positions[v] = {world[0], world[1], world[2]};
-  }
-  void put_normal(Index v, const Vec3& index_normal) {
-    // First scaled to 1: gradients of 1e30 and 1e-30 have squares beyond double's range in their third power.
-    const double largest = index_normal.cwiseAbs().maxCoeff();
-    if (!(largest > 0)) {
-      mesh_->normals[v] = {0, 0, 0};
-      return;
+  void put(Index v, const double* p) {
+    auto& to = mesh_->positions[v];
+    for (int a = 0; a < 3; ++a) {
+      to[a] = origin_[a] + (to_world_(a, 0) * p[0] + to_world_(a, 1) * p[1] + to_world_(a, 2) * p[2]);
     }
-    const Vec3 n = to_world_gradient_ * (index_normal / largest);
-    const double scale = 1 / n.norm();
-    mesh_->normals[v] = {static_cast<float>(n[0] * scale), static_cast<float>(n[1] * scale),
-                         static_cast<float>(n[2] * scale)};
+  }
+  /// A normal by its direction as a covector in index space; 0 for 0.
+  void put_normal(Index v, const double* n) {
+    const auto world = [&](double* w) {
+      double square = 0;
+      for (int a = 0; a < 3; ++a) {
+        w[a] = to_world_gradient_(a, 0) * n[0] + to_world_gradient_(a, 1) * n[1] +
+               to_world_gradient_(a, 2) * n[2];
+        square += w[a] * w[a];
+      }
+      return square;
+    };
+    double w[3];
+    double square = world(w);
+    if (!(square > 1e-200 && square < 1e200)) {  // of gradients of 1e-200 or 1e200 that is 0 or infinite
+      double largest = 0;
+      for (int a = 0; a < 3; ++a) largest = std::max(largest, std::abs(w[a]));
+      if (!(largest > 0 && largest <= std::numeric_limits<double>::max())) {
+        mesh_->normals[v] = {0, 0, 0};
+        return;
+      }
+      square = 0;
+      for (double& x : w) {
+        x /= largest;
+        square += x * x;
+      }
+    }
+    const double scale = 1 / std::sqrt(square);
+    mesh_->normals[v] = {static_cast<float>(w[0] * scale), static_cast<float>(w[1] * scale),
+                         static_cast<float>(w[2] * scale)};
   }
 
   void make_triangles(std::int64_t r, const Decision*& decision) {
@@ -400,15 +415,18 @@ class Mesher {
 
   /// A vertex within a cell; its normal by interpolation of the samples' central differences.
   void make_point(Index v, std::int64_t i, std::int64_t j, std::int64_t k, const Vec3& p) {
-    put(v, index_point(i, j, k) + p);
+    const double at[3] = {static_cast<double>(i) + p[0], static_cast<double>(j) + p[1],
+                          static_cast<double>(k) + p[2]};
+    put(v, at);
     if (!options_.normals) return;
-    Vec3 normal = Vec3::Zero();
+    double normal[3] = {0, 0, 0};
+    const std::int64_t pad = grid_.pad;
     for (int c = 0; c < 8; ++c) {
-      const std::int64_t at[3] = {i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)};
-      if (grid_.is_beyond(at[0], at[1], at[2])) continue;
-      double weight = 1;
+      const std::int64_t corner[3] = {i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)};
+      if (grid_.is_beyond(corner[0], corner[1], corner[2])) continue;
+      double weight = -1;
       for (int a = 0; a < 3; ++a) weight *= (c >> a & 1) != 0 ? p[a] : 1 - p[a];
-      normal -= weight * grid_.gradient(at[0] - grid_.pad, at[1] - grid_.pad, at[2] - grid_.pad);
+      grid_.add_gradient(corner[0] - pad, corner[1] - pad, corner[2] - pad, weight, normal);
     }
     put_normal(v, normal);
   }
