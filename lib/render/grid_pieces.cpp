@@ -140,8 +140,7 @@ Bernstein GridPieces::polynomial(const std::int64_t cell[3], const Vec3& from, c
   return p;
 }
 
-void GridPieces::operator()(const camera::Ray& ray, const Chord& chord, const PieceSink& sink,
-                            const CellFilter& worth) const {
+void GridPieces::operator()(const camera::Ray& ray, const Chord& chord, const PieceSink& sink) const {
   const Vec3 o = world_to_index_ * (ray.origin - geometry_.origin);
   const Vec3 d = world_to_index_ * ray.direction;
   // Cells meet in planes at integers; those of nearest, around the samples, at integers and a half.
@@ -174,7 +173,7 @@ void GridPieces::operator()(const camera::Ray& ray, const Chord& chord, const Pi
     const int axis = leave[0] <= leave[1] ? (leave[0] <= leave[2] ? 0 : 2) : (leave[1] <= leave[2] ? 1 : 2);
     const double end = std::min(leave[axis], chord.exit);
     if (end > t) {
-      if (worth(cell) && !sink({t, end, polynomial(cell, local(t), local(end))})) return;
+      if (!sink({t, end, polynomial(cell, local(t), local(end))})) return;
       t = end;
     }
     if (leave[axis] >= chord.exit) return;

@@ -66,6 +66,7 @@ IsosurfaceRays::Counts& IsosurfaceRays::Counts::operator+=(const Counts& other) 
 IsosurfaceRays::IsosurfaceRays(const volume::Volume& volume, volume::Reconstruction reconstruction,
                                double isovalue, bool close)
     : geometry_(volume.geometry()),
+      world_to_index_(geometry_.world_to_index_matrix()),
       field_(volume, reconstruction),
       pieces_(volume, reconstruction),
       isovalue_(isovalue),
@@ -82,6 +83,46 @@ IsosurfaceRays::IsosurfaceRays(const volume::Volume& volume, volume::Reconstruct
     const volume::Range range = widened(cells.ranges[n], cells.all);
     crossed_[n] = range.min <= isovalue && range.max >= isovalue;
   }
+}
+
+template <class F>
+void IsosurfaceRays::for_crossed_stretches(const camera::Ray& ray, const Chord& chord, const F& f) const {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const Vec3 o = world_to_index_ * (ray.origin - geometry_.origin);
+  const Vec3 d = world_to_index_ * ray.direction;
+  std::int64_t at[3];
+  double leave[3];
+  const auto next_plane = [&](int a) {
+    const std::int64_t plane = d[a] > 0 ? at[a] + 1 : at[a];
+    const bool last =
+        d[a] == 0 || (d[a] > 0 ? plane >= macrocells_[static_cast<std::size_t>(a)] : plane <= 0);
+    return last ? kInfinity : (static_cast<double>(plane * index::Macrocells::kEdge) - o[a]) / d[a];
+  };
+  for (int a = 0; a < 3; ++a) {
+    const double x = (o[a] + chord.entry * d[a]) / index::Macrocells::kEdge;
+    at[a] =
+        !(x > 0) ? 0 : std::min(static_cast<std::int64_t>(x), macrocells_[static_cast<std::size_t>(a)] - 1);
+    leave[a] = next_plane(a);
+  }
+  // A stretch goes on through neighbours that are crossed too; stretches and gaps meet without a space
+  // between.
+  double t = chord.entry;
+  std::optional<double> start;
+  while (t < chord.exit) {
+    const int axis = leave[0] <= leave[1] ? (leave[0] <= leave[2] ? 0 : 2) : (leave[1] <= leave[2] ? 1 : 2);
+    const bool crossed =
+        crossed_[static_cast<std::size_t>(at[0] + macrocells_[0] * (at[1] + macrocells_[1] * at[2]))] != 0;
+    if (crossed && !start) start = t;
+    if (!crossed && start) {
+      if (*start < t && !f({*start, t})) return;
+      start.reset();
+    }
+    t = std::max(t, std::min(leave[axis], chord.exit));
+    if (leave[axis] >= chord.exit) break;
+    at[axis] += d[axis] > 0 ? 1 : -1;
+    leave[axis] = next_plane(axis);
+  }
+  if (start && *start < chord.exit) (void)f({*start, chord.exit});
 }
 
 IsosurfaceRays::Hit IsosurfaceRays::hit_at(const camera::Ray& ray, double t) const {
@@ -116,33 +157,27 @@ std::optional<IsosurfaceRays::Hit> IsosurfaceRays::first_hit(const camera::Ray& 
     ++counts.hits;
     return border_hit(ray, chord.entry);
   }
-  const auto worth = [&](const std::int64_t cell[3]) {
-    const std::int64_t macrocell =
-        (cell[0] >> index::Macrocells::kEdgeLog2) +
-        macrocells_[0] * ((cell[1] >> index::Macrocells::kEdgeLog2) +
-                          macrocells_[1] * (cell[2] >> index::Macrocells::kEdgeLog2));
-    return crossed_[static_cast<std::size_t>(macrocell)] != 0;
-  };
   std::optional<double> where;
   std::optional<bool> inside;  // where the last piece ended
   bool undecided = false;
-  pieces_(
-      ray, chord,
-      [&](const RayPiece& piece) {
-        ++counts.cells;
-        const bool starts_inside = piece.p.b[0] >= isovalue_;
-        if (inside && *inside != starts_inside) {
-          where = piece.t0;
-          return false;
-        }
-        if (const auto u = first_crossing(piece.p, isovalue_, &undecided)) {
-          where = piece.t0 + *u * (piece.t1 - piece.t0);
-          return false;
-        }
-        inside = piece.p.b[piece.p.degree] >= isovalue_;
-        return true;
-      },
-      worth);
+  const auto look = [&](const Chord& stretch) {
+    pieces_(ray, stretch, [&](const RayPiece& piece) {
+      ++counts.cells;
+      const bool starts_inside = piece.p.b[0] >= isovalue_;
+      if (inside && *inside != starts_inside) {
+        where = piece.t0;
+        return false;
+      }
+      if (const auto u = first_crossing(piece.p, isovalue_, &undecided)) {
+        where = piece.t0 + *u * (piece.t1 - piece.t0);
+        return false;
+      }
+      inside = piece.p.b[piece.p.degree] >= isovalue_;
+      return true;
+    });
+    return !where;
+  };
+  for_crossed_stretches(ray, chord, look);
   counts.undecided += undecided && !where;
   if (!where) return std::nullopt;
   ++counts.hits;

@@ -52,7 +52,13 @@ class IsosurfaceRays {
   [[nodiscard]] Hit hit_at(const camera::Ray& ray, double t) const;
   [[nodiscard]] Hit border_hit(const camera::Ray& ray, double t) const;
 
+  /// The stretches of the chord through macrocells that the surface may cross, in order; f returns false to
+  /// stop.
+  template <class F>
+  void for_crossed_stretches(const camera::Ray& ray, const Chord& chord, const F& f) const;
+
   const volume::GridGeometry& geometry_;
+  Mat3 world_to_index_;
   GridField field_;
   GridPieces pieces_;
   double isovalue_;

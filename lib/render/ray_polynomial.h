@@ -28,12 +28,7 @@ class GridPieces {
 
   /// Pieces of the chord, whose ends must lie in the grid's box. A point on a cell's face belongs to the
   /// piece the ray is entering.
-  void operator()(const camera::Ray& ray, const Chord& chord, const PieceSink& sink) const {
-    (*this)(ray, chord, sink, [](const std::int64_t*) { return true; });
-  }
-  /// The same of the cells that are worth it alone; by the indices of a cell's lower corner.
-  using CellFilter = std::function<bool(const std::int64_t cell[3])>;
-  void operator()(const camera::Ray& ray, const Chord& chord, const PieceSink& sink, const CellFilter& worth) const;
+  void operator()(const camera::Ray& ray, const Chord& chord, const PieceSink& sink) const;
 
  private:
   /// Weights of an axis's samples in a cell: polynomials in u = x - cell, by powers; sample index of each.

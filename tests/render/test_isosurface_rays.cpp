@@ -24,7 +24,8 @@ Quad root_of(Quad x) {
   return r;
 }
 
-volume::Volume random_volume(Rng& rng, const Dims& dims) {
+/// White noise; `share` of it, the rest below all isovalues asked for.
+volume::Volume random_volume(Rng& rng, const Dims& dims, double share = 1) {
   volume::Grid<float> grid;
   grid.geometry.dims = dims;
   grid.geometry.spacing = {0.7, 1.3, 1};
@@ -32,7 +33,9 @@ volume::Volume random_volume(Rng& rng, const Dims& dims) {
   grid.geometry.direction =
       (Eigen::AngleAxisd(0.6, Vec3::UnitY()) * Eigen::AngleAxisd(0.3, Vec3::UnitX())).toRotationMatrix();
   grid.voxels = Buffer<float>(static_cast<std::size_t>(grid.geometry.count()));
-  for (float& v : grid.voxels) v = static_cast<float>(rng.uniform(-1, 1));
+  for (float& v : grid.voxels) {
+    v = static_cast<float>(rng.uniform() < share ? rng.uniform(-1, 1) : rng.uniform(-1, 0));
+  }
   volume::Volume volume;
   volume.grid = std::move(grid);
   return volume;
@@ -154,7 +157,10 @@ TEST(IsosurfaceRays, MeetWhatTheExactCubicMeets) {
         Tally part;
         for (std::int64_t n = begin; n < end; ++n) {
           Rng rng(static_cast<std::uint64_t>(7000 + n));
-          const volume::Volume volume = random_volume(rng, {5, 4, 6});
+          // Every eighth with many macrocells, most of them empty.
+          const bool sparse = n % 8 == 0;
+          const volume::Volume volume =
+              sparse ? random_volume(rng, {21, 18, 19}, 0.002) : random_volume(rng, {5, 4, 6});
           const auto& grid = std::get<volume::Grid<float>>(volume.grid);
           const double isovalue = rng.uniform(0.1, 0.7);
           const IsosurfaceRays surface(volume, volume::Reconstruction::trilinear, isovalue, false);
@@ -201,7 +207,7 @@ TEST(IsosurfaceRays, MeetWhatTheExactCubicMeets) {
   EXPECT_EQ(tally.missed, 0);
   EXPECT_EQ(tally.invented, 0);
   EXPECT_EQ(tally.misplaced, 0);
-  EXPECT_GT(tally.hits, tally.rays / 2);
+  EXPECT_GT(tally.hits, tally.rays / 3);
   EXPECT_LT(tally.unjudged, tally.rays / 1000);
   EXPECT_GT(tally.sign_test_missed, 0);  // or the rays are too easy
 }
