@@ -23,30 +23,75 @@ std::uint64_t hash(const Place& p) {
   return h;
 }
 
+struct Entry {
+  std::uint32_t key;  // of the place
+  Index vertex;
+};
+
+/// The vertices in buckets by their place's hash, in order within each: tables that fit a cache, filled by
+/// any thread.
+struct Buckets {
+  static constexpr std::size_t kCount = 256;
+  Buffer<Entry> entries;
+  std::array<std::size_t, kCount + 1> begin{};
+
+  explicit Buckets(const Buffer<Place>& positions) : entries(positions.size()) {
+    constexpr std::int64_t kChunk = 1 << 15;
+    const auto n = static_cast<std::int64_t>(positions.size());
+    std::vector<std::array<std::size_t, kCount>> next(static_cast<std::size_t>((n + kChunk - 1) / kChunk));
+    Buffer<std::uint64_t> hashes(positions.size());
+    parallel_for(0, n, kChunk, [&](std::int64_t from, std::int64_t to) {
+      auto& counts = next[static_cast<std::size_t>(from / kChunk)];
+      counts.fill(0);
+      for (auto v = static_cast<std::size_t>(from); v < static_cast<std::size_t>(to); ++v) {
+        hashes[v] = hash(positions[v]);
+        ++counts[hashes[v] >> 56];
+      }
+    });
+    std::size_t total = 0;
+    for (std::size_t bucket = 0; bucket < kCount; ++bucket) {
+      begin[bucket] = total;
+      for (auto& chunk : next) {
+        const std::size_t count = chunk[bucket];
+        chunk[bucket] = total;
+        total += count;
+      }
+    }
+    begin[kCount] = total;
+    parallel_for(0, n, kChunk, [&](std::int64_t from, std::int64_t to) {
+      auto& place = next[static_cast<std::size_t>(from / kChunk)];
+      for (auto v = static_cast<std::size_t>(from); v < static_cast<std::size_t>(to); ++v) {
+        entries[place[hashes[v] >> 56]++] = {static_cast<std::uint32_t>(hashes[v] >> 16),
+                                             static_cast<Index>(v)};
+      }
+    });
+  }
+};
+
 /// For each vertex the first at its place.
 Buffer<Index> first_at_place(const Buffer<Place>& positions) {
-  std::size_t size = 16;
-  while (size < 2 * positions.size()) size *= 2;
-  std::vector<Index> table(size, kNone);
+  const Buckets buckets(positions);
   Buffer<Index> first(positions.size());
-  Buffer<std::uint32_t> slot(positions.size());
-  parallel_for(0, static_cast<std::int64_t>(positions.size()), 1 << 15,
-               [&](std::int64_t begin, std::int64_t end) {
-                 for (std::int64_t v = begin; v < end; ++v) {
-                   slot[static_cast<std::size_t>(v)] =
-                       static_cast<std::uint32_t>(hash(positions[static_cast<std::size_t>(v)]) >> 32);
-                 }
-               });
-  constexpr std::size_t kAhead = 16;  // table entries are fetched this many vertices before they are needed
-  for (std::size_t v = 0; v < positions.size(); ++v) {
-    if (v + kAhead < positions.size()) __builtin_prefetch(&table[slot[v + kAhead] & (size - 1)], 1);
-    std::size_t s = slot[v] & (size - 1);
-    while (table[s] != kNone && (slot[table[s]] != slot[v] || positions[table[s]] != positions[v])) {
-      s = (s + 1) & (size - 1);
+  parallel_for(0, Buckets::kCount, 1, [&](std::int64_t from, std::int64_t to) {
+    for (auto bucket = static_cast<std::size_t>(from); bucket < static_cast<std::size_t>(to); ++bucket) {
+      const std::size_t begin = buckets.begin[bucket];
+      const std::size_t end = buckets.begin[bucket + 1];
+      std::size_t size = 16;
+      while (size < 2 * (end - begin)) size *= 2;
+      std::vector<Index> table(size, kNone);  // entry numbers, from begin
+      for (std::size_t n = begin; n < end; ++n) {
+        const Entry& entry = buckets.entries[n];
+        std::size_t slot = entry.key & (size - 1);
+        while (table[slot] != kNone) {
+          const Entry& other = buckets.entries[begin + table[slot]];
+          if (other.key == entry.key && positions[other.vertex] == positions[entry.vertex]) break;
+          slot = (slot + 1) & (size - 1);
+        }
+        if (table[slot] == kNone) table[slot] = static_cast<Index>(n - begin);
+        first[entry.vertex] = buckets.entries[begin + table[slot]].vertex;
+      }
     }
-    if (table[s] == kNone) table[s] = static_cast<Index>(v);
-    first[v] = table[s];
-  }
+  });
   return first;
 }
 
