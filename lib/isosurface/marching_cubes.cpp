@@ -9,8 +9,10 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "isosurface/cell_row.h"
 #include "isosurface/cell_surface.h"
 #include "isosurface/inside_bits.h"
+#include "isosurface/padded_grid.h"
 
 namespace vol::isosurface {
 namespace {
@@ -18,42 +20,6 @@ namespace {
 using volume::Grid;
 using Index = std::uint32_t;
 using Word = std::uint64_t;
-constexpr double kOutside = -std::numeric_limits<double>::infinity();
-
-/// The grid as the algorithm sees it: `pad` samples outside at every end.
-template <class T>
-struct PaddedGrid {
-  const T* samples;
-  Dims dims;  // of the samples
-  int pad;
-
-  explicit PaddedGrid(const Grid<T>& grid, bool close)
-      : samples(grid.voxels.data()), dims(grid.dims()), pad(close ? 1 : 0) {}
-  [[nodiscard]] bool is_beyond(std::int64_t i, std::int64_t j, std::int64_t k) const {
-    return pad != 0 && (i < 1 || j < 1 || k < 1 || i > dims[0] || j > dims[1] || k > dims[2]);
-  }
-  [[nodiscard]] double sample(std::int64_t i, std::int64_t j, std::int64_t k) const {
-    return static_cast<double>(samples[i + dims[0] * (j + dims[1] * k)]);
-  }
-  /// By padded indices.
-  [[nodiscard]] double value(std::int64_t i, std::int64_t j, std::int64_t k) const {
-    return is_beyond(i, j, k) ? kOutside : sample(i - pad, j - pad, k - pad);
-  }
-  /// Adds share times the central differences, one-sided at the border, in value per sample; by the samples'
-  /// own indices.
-  void add_gradient(std::int64_t i, std::int64_t j, std::int64_t k, double share, double* g) const {
-    const std::int64_t at[3] = {i, j, k};
-    const std::int64_t stride[3] = {1, dims[0], dims[0] * dims[1]};
-    const T* here = samples + i + stride[1] * j + stride[2] * k;
-    for (int a = 0; a < 3; ++a) {
-      const bool low = at[a] > 0;
-      const bool high = at[a] + 1 < dims[a];
-      const double difference =
-          static_cast<double>(here[high ? stride[a] : 0]) - static_cast<double>(here[low ? -stride[a] : 0]);
-      g[a] += (low && high ? 0.5 * share : share) * difference;
-    }
-  }
-};
 
 /// What a row of samples owns: the crossings on its x edges and on the y and z edges that begin at it; and
 /// the row of cells above it. First counts, then positions in the mesh.
@@ -77,55 +43,6 @@ CellDecision unpacked(Decision d, int corners) {
     result.tube.diagonal = static_cast<std::uint8_t>((tube - 1) >> 1);
   }
   return result;
-}
-
-/// Four rows of bits about a row of cells, word by word: each word and the one moved down by a bit.
-class CellRow {
- public:
-  CellRow(const InsideBits& bits, std::int64_t r)
-      : words_(bits.words),
-        cells_(bits.dims[0] - 1),
-        row_{bits.row(r), bits.row(r + 1), bits.row(r + bits.dims[1]), bits.row(r + bits.dims[1] + 1)} {}
-
-  /// Calls f(i, corners) for every cell that is neither all inside nor all outside.
-  template <class F>
-  void for_active(const F& f) const {
-    for (std::int64_t w = 0; 64 * w < cells_; ++w) {
-      Word low[4];
-      Word high[4];
-      Word any = 0;
-      Word all = ~Word{0};
-      for (int n = 0; n < 4; ++n) {
-        low[n] = row_[n][w];
-        high[n] = low[n] >> 1 | (w + 1 < words_ ? row_[n][w + 1] << 63 : 0);
-        any |= low[n] | high[n];
-        all &= low[n] & high[n];
-      }
-      Word active = any & ~all;
-      if (const std::int64_t left = cells_ - 64 * w; left < 64) active &= (Word{1} << left) - 1;
-      for (; active != 0; active &= active - 1) {
-        const int s = std::countr_zero(active);
-        unsigned corners = 0;
-        for (int n = 0; n < 4; ++n) {
-          corners |= static_cast<unsigned>((low[n] >> s & 1) | (high[n] >> s & 1) << 1) << (2 * n);
-        }
-        f(64 * w + s, static_cast<int>(corners));
-      }
-    }
-  }
-
- private:
-  std::int64_t words_;
-  std::int64_t cells_;
-  const Word* row_[4];
-};
-
-/// Crossings along x of a row, or between two rows: a word of bits.
-Word x_crossings(const Word* row, std::int64_t w, std::int64_t words, std::int64_t n) {
-  const Word moved = row[w] >> 1 | (w + 1 < words ? row[w + 1] << 63 : 0);
-  Word cut = row[w] ^ moved;
-  if (const std::int64_t left = n - 1 - 64 * w; left < 64) cut &= left <= 0 ? 0 : (Word{1} << left) - 1;
-  return cut;
 }
 
 template <class T>
