@@ -54,14 +54,17 @@ def mesh_counts(triangles):
     triangles = triangles.reshape(-1, 3)
     ways = numpy.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     low, high = ways.min(axis=1), ways.max(axis=1)
-    edges, first, number = numpy.unique(low * len(vertices) + high, return_index=True, return_counts=True)
-    balance = numpy.zeros(len(edges), dtype=numpy.int64)
-    numpy.add.at(balance, numpy.searchsorted(edges, low * len(vertices) + high), numpy.where(ways[:, 0] == low, 1, -1))
+    edges, inverse, number = numpy.unique(low * len(vertices) + high, return_inverse=True, return_counts=True)
+    balance = numpy.bincount(inverse, weights=numpy.where(ways[:, 0] == low, 1, -1))
+    # The smallest vertex of each component: of a vertex and its neighbours, and then of what these stand for.
+    ends = numpy.concatenate([edges // len(vertices), edges % len(vertices)])
+    others = numpy.concatenate([edges % len(vertices), edges // len(vertices)])
+    order = numpy.argsort(ends, kind="stable")
+    others, starts = others[order], numpy.flatnonzero(numpy.diff(ends[order], prepend=-1))
     label = numpy.arange(len(vertices))
-    while True:  # the smallest vertex of each component, by halving paths
-        new = label.copy()
-        numpy.minimum.at(new, low, label[high])
-        numpy.minimum.at(new, high, label[low])
+    while True:
+        new = numpy.minimum(label, numpy.minimum.reduceat(label[others], starts))
+        numpy.minimum.at(new, label, new.copy())  # and of what stood for it
         new = new[new]
         if (new == label).all():
             break
