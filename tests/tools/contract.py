@@ -54,7 +54,6 @@ READS = {  # an input of the kind the tool wants, by the placeholder above
     "vol-info": "volume", "vol-convert": "volume", "vol-compare": "volume", "vol-dwt": "volume",
     "vol-index": "coefficients", "vol-raycast": "volume", "img-compare": "image",
     "vol-fft": "volume", "fvr-slice": "spectrum", "fvr-slice-gpu": "spectrum",
-    "isosurf-mc": "volume",
     "isosurf-mc": "volume", "isosurf-ray": "volume",
 }
 MAKE = {
