@@ -33,7 +33,7 @@ struct Options {
   double epsilon = 0.016;
   std::optional<int> index_reduction;
   std::string format, view, size = "512x512", model, quadrature, step, reconstruction, algorithm = "packet";
-  std::optional<double> width, fov;
+  std::optional<double> width, fov, exposure;
   render::RenderOptions render;
   bool no_skip = false;
 };
@@ -73,6 +73,11 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--model", o.model,
                  "composite (emission-absorption), xray (integral), mip (maximum) [composite]")
       ->check(CLI::IsMember({"composite", "xray", "mip"}))
+      ->group(picture);
+
+  app.add_option("--exposure", o.exposure,
+                 "PNG: what values are multiplied by [composite 1; xray, mip: the largest becomes white]")
+      ->check(cli::check_positive)
       ->group(picture);
 
   const char* accuracy = "Accuracy against cost";
@@ -272,6 +277,17 @@ void write_samples(const image::Image& picture, const Options& o, cli::Record& r
   record.output(o.samples_output);
 }
 
+/// What a PNG's values are multiplied by: those of an X-ray and of a maximum are no colours.
+double exposure_of(const image::Image& picture, const render::Scene& scene, const Options& o) {
+  if (o.exposure) return *o.exposure;
+  if (scene.model == render::Model::composite) return 1;
+  float largest = 0;
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) largest = std::max(largest, picture.at(x, y, 0));
+  }
+  return largest > 0 ? 1 / double(largest) : 1;
+}
+
 int work(Options& o, cli::Record& record) {
   io::require_image_format(o.output, o.format);
   if (!o.samples_output.empty()) io::require_image_format(o.samples_output);
@@ -326,7 +342,10 @@ int work(Options& o, cli::Record& record) {
   for (const auto& [key, value] : record.provenance()) result.image.attributes[key] = value;
   const Vec3& b = scene.background;
   result.image.attributes["precis.background"] = nlohmann::json{b[0], b[1], b[2]}.dump();
-  record.timed("write", [&] { io::write_image(o.output, result.image, o.format, {b[0], b[1], b[2]}); });
+  const double exposure = exposure_of(result.image, scene, o);
+  record.timed("write", [&] {
+    io::write_image(o.output, result.image, o.format, {b[0], b[1], b[2]}, exposure);
+  });
   if (!o.samples_output.empty()) write_samples(result.image, o, record);
   if (!o.index_output.empty()) {
     record.timed("write",

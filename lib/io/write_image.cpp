@@ -28,11 +28,11 @@ void require_image_format(const std::filesystem::path& path, const std::string& 
 }
 
 void write_image(const std::filesystem::path& path, const image::Image& image, const std::string& format,
-                 const std::array<double, 3>& background) {
+                 const std::array<double, 3>& background, double exposure) {
   if (format_of(path, format) == "exr") {
     write_exr(path, image);
   } else {
-    write_png(path, image, {.background = background});
+    write_png(path, image, {.background = background, .scale = exposure});
   }
 }
 
