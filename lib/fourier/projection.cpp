@@ -13,28 +13,33 @@ namespace {
 constexpr std::int64_t kColumns = 16;  // of the slice, transformed together
 constexpr std::int64_t kRows = 8;      // of the slice or picture, a chunk for one thread
 
-/// Whole numbers k in [from, to] for which |a + k b| <= limit on every axis; empty where first > last. A
-/// little beyond the limit counts as on it: g is rounded, and the line at exactly Nyquist belongs to the
-/// slice.
+/// Whole numbers k in [from, to] for which g = origin + k step lies in the Nyquist box; empty where first >
+/// last.
 struct Range {
   std::int64_t first, last;
+  [[nodiscard]] std::int64_t count() const { return last - first + 1; }
 };
-Range inside(const Vec3& a, const Vec3& b, const Vec3& limit, std::int64_t from, std::int64_t to) {
+Range inside(const SliceView& view, const Vec3& origin, std::int64_t from, std::int64_t to) {
+  const Vec3& step = view.per_x;
   double lo = static_cast<double>(from), hi = static_cast<double>(to);
   for (int axis = 0; axis < 3; ++axis) {
-    const double most = limit[axis] * (1 + 1e-12);
-    const double reach = std::abs(b[axis]) * std::max(std::abs(lo), std::abs(hi));
-    if (reach <= 1e-13 * most) {  // an axis seen end on, but for rounding
-      if (std::abs(a[axis]) > most) return {0, -1};
-      continue;
-    }
-    const double p = (-most - a[axis]) / b[axis], q = (most - a[axis]) / b[axis];
-    const double slack = 1e-9;  // of a step in k
+    const double most = view.nyquist[axis];
+    const double reach = std::abs(step[axis]) * std::max(std::abs(lo), std::abs(hi));
+    if (reach <= 1e-13 * most) continue;  // an axis seen end on, but for rounding
+    const double p = (-most - origin[axis]) / step[axis], q = (most - origin[axis]) / step[axis];
+    // Rounded outward by more than the quotient's error; what lies outside is taken away below.
+    const double slack = 0.5;
     lo = std::max(lo, std::ceil(std::min(p, q) - slack));
     hi = std::min(hi, std::floor(std::max(p, q) + slack));
     if (!(lo <= hi)) return {0, -1};
   }
-  return {static_cast<std::int64_t>(lo), static_cast<std::int64_t>(hi)};
+  // The ends decide in the arithmetic of those who evaluate the line, whatever its steps are: what lies
+  // between two points of the box lies in it.
+  Range r{static_cast<std::int64_t>(lo), static_cast<std::int64_t>(hi)};
+  const auto start = [&] { return Vec3(static_cast<double>(r.first) * step + origin); };
+  while (r.count() > 0 && !view.in_box(start())) ++r.first;
+  while (r.count() > 0 && !view.in_box(start() + static_cast<double>(r.count() - 1) * step)) --r.last;
+  return r;
 }
 
 }  // namespace
@@ -66,8 +71,7 @@ template <class T>
 std::int64_t SlicePlane<T>::columns(const SliceView& view) const {
   std::int64_t last = 0;
   for (std::int64_t ky = -(view.height / 2); ky <= view.height / 2; ++ky) {
-    last = std::max(
-        last, inside(static_cast<double>(ky) * view.per_y, view.per_x, view.nyquist, 0, view.width / 2).last);
+    last = std::max(last, inside(view, static_cast<double>(ky) * view.per_y, 0, view.width / 2).last);
   }
   return std::min((last + kColumns) / kColumns * kColumns, stride_);
 }
@@ -126,15 +130,26 @@ std::int64_t Projector<T>::slice_row(const SliceView& view, const ChannelWeights
   const bool even_w = view.width % 2 == 0, unpaired = view.height % 2 == 0 && q == half_h;
   std::int64_t points = 0;
   const auto add = [&](std::int64_t from, std::int64_t to, std::int64_t ky, T share) {
-    const Range r = inside(static_cast<double>(ky) * view.per_y, view.per_x, view.nyquist, from, to);
-    const std::int64_t count = r.last - r.first + 1;
+    const Vec3 origin = static_cast<double>(ky) * view.per_y;
+    const Range r = inside(view, origin, from, to);
+    const std::int64_t count = r.count();
     if (count <= 0) return;
     points += count;
     values.resize(weights.size() * static_cast<std::size_t>(count));
-    line(
-        weights,
-        {static_cast<double>(r.first) * view.per_x + static_cast<double>(ky) * view.per_y, view.per_x, count},
-        values.data());
+    const SliceLine points_on{static_cast<double>(r.first) * view.per_x + origin, view.per_x, count};
+    line(weights, points_on, values.data());
+    // Along a line points on faces are the first ones or the last ones, or all.
+    const auto shared = [&](std::int64_t i) {
+      const double face = view.face_share(points_on.start + static_cast<double>(i) * points_on.step,
+                                          even_w && std::abs(r.first + i) == half_w, unpaired);
+      for (std::size_t c = 0; face != 1 && c < weights.size(); ++c) {
+        values[c * static_cast<std::size_t>(count) + static_cast<std::size_t>(i)] *= static_cast<T>(face);
+      }
+      return face != 1;
+    };
+    std::int64_t front = 0, back = count - 1;
+    while (front < count && shared(front)) ++front;
+    while (back > front && shared(back)) --back;
     // exp of -k is the conjugate of that of k.
     const auto phase_y = share * (ky == -half_h && unpaired ? std::conj(phases.y[q]) : phases.y[q]);
     for (std::size_t c = 0; c < weights.size(); ++c) {

@@ -46,7 +46,35 @@ SliceView slice_view(const SpectrumInfo& info, const camera::Camera& camera, int
   view.nyquist = 0.5 * m;
   view.scale = std::abs(steps.determinant()) /
                (pitch * pitch * static_cast<double>(view.width) * static_cast<double>(view.height));
+  // The farthest point, too.
+  if (!(kLargest * (view.per_x.cwiseAbs() + view.per_y.cwiseAbs())).allFinite() || !(view.scale > 0) ||
+      !std::isfinite(view.scale) || !std::isfinite(view.centre_x) || !std::isfinite(view.centre_y)) {
+    throw Error("the picture's width and the volume's steps are too far apart to be computed with");
+  }
   return view;
+}
+
+bool SliceView::in_box(const Vec3& g) const {
+  return (g.array().abs() <= (1 + kRounding) * nyquist.array()).all();
+}
+
+double SliceView::face_share(const Vec3& g, bool unpaired_x, bool unpaired_y) const {
+  const auto on_face = [this](double at, int axis) {
+    return std::abs(at) >= (1 - kRounding) * nyquist[axis];
+  };
+  // A line lies in a face if it begins there and does not leave it.
+  const auto line_in_face = [&](double half, double across, double half_across, int axis) {
+    return on_face(half, axis) && std::abs(across * half_across) <= kRounding * nyquist[axis];
+  };
+  const double half_w = 0.5 * static_cast<double>(width), half_h = 0.5 * static_cast<double>(height);
+  double share = 1;
+  for (int a = 0; a < 3; ++a) {
+    if (!on_face(g[a], a)) continue;
+    if (unpaired_x && line_in_face(half_w * per_x[a], per_y[a], half_h, a)) continue;
+    if (unpaired_y && line_in_face(half_h * per_y[a], per_x[a], half_w, a)) continue;
+    share *= 0.5;
+  }
+  return share;
 }
 
 template <class T>

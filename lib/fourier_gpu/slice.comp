@@ -31,10 +31,30 @@ void weights(float s, out float w[kMostTaps]) {
   }
 }
 
+const double kRounding = 1e-10lf;  // SliceView::kRounding
+
+bool on_face(double at, int axis) { return abs(at) >= (1.0lf - kRounding) * nyquist[axis]; }
+bool line_in_face(double half_line, double across, int axis) {
+  return on_face(half_line, axis) && abs(across) <= kRounding * nyquist[axis];
+}
+/// SliceView::face_share
+float face_share(dvec3 g, bool unpaired_x, bool unpaired_y) {
+  dvec3 end_x = 0.5lf * double(width) * per_x, end_y = 0.5lf * double(height) * per_y;
+  float share = 1;
+  for (int a = 0; a < 3; ++a) {
+    if (!on_face(g[a], a)) continue;
+    if (unpaired_x && line_in_face(end_x[a], end_y[a], a)) continue;
+    if (unpaired_y && line_in_face(end_y[a], end_x[a], a)) continue;
+    share *= 0.5;
+  }
+  return share;
+}
+
 /// The spectrum at slice frequency (kx, ky); 0 beyond the Nyquist box.
 vec2 resampled(int kx, int ky) {
   dvec3 g = double(kx) * per_x + double(ky) * per_y;
-  if (any(greaterThan(abs(g), nyquist * (1.0lf + 1e-12lf) + 1e-9lf * abs(per_x)))) return vec2(0);
+  if (!all(lessThanEqual(abs(g), nyquist * (1.0lf + kRounding)))) return vec2(0);
+  float share = face_share(g, 2 * abs(kx) == width, 2 * abs(ky) == height);
   bool mirrored = g.x < 0.0lf;
   dvec3 from = (mirrored ? -g : g) - 0.5lf * double(taps);
   dvec3 below = floor(from);
@@ -52,6 +72,7 @@ vec2 resampled(int kx, int ky) {
       sum += wy[b] * wz[c] * row;
     }
   }
+  sum *= share;
   return mirrored ? conjugate(sum) : sum;
 }
 

@@ -64,7 +64,9 @@ inline Complex direct_sum(const volume::Grid<double>& f, const Vec3& kappa) {
 }
 
 /// The picture that the projection-slice theorem defines: every frequency of the picture by direct_sum, 0
-/// beyond the Nyquist box, the real part of the complex inverse sum.
+/// beyond the Nyquist box, half of it for each axis on whose face it lies, the real part of the complex
+/// inverse sum. For an even size that sum holds only -size/2 of both Nyquist lines, and in full: where the
+/// line lies in a face, that is the face's half from either side.
 inline Picture direct_picture(const volume::Grid<double>& f, const camera::Camera& camera, int width,
                               int height) {
   const auto& g = f.geometry;
@@ -79,7 +81,16 @@ inline Picture direct_picture(const volume::Grid<double>& f, const camera::Camer
       const double nx = (a - width / 2) / (width * pitch);
       const Vec3 kappa = steps.transpose() * (nx * camera.right() + ny * down);
       if (kappa.cwiseAbs().maxCoeff() > 0.5 * (1 + 1e-12)) continue;
-      const Complex s = direct_sum(f, kappa);
+      double share = 1;
+      for (int axis = 0; axis < 3; ++axis) {
+        const Vec3 x_axis = steps.transpose() * camera.right(), y_axis = steps.transpose() * down;
+        const bool line_x = a == 0 && width % 2 == 0 && std::abs(y_axis[axis]) < 1e-12 * g.spacing[axis] &&
+                            std::abs(std::abs(nx * x_axis[axis]) - 0.5) < 1e-10;
+        const bool line_y = b == 0 && height % 2 == 0 && std::abs(x_axis[axis]) < 1e-12 * g.spacing[axis] &&
+                            std::abs(std::abs(ny * y_axis[axis]) - 0.5) < 1e-10;
+        if (std::abs(std::abs(kappa[axis]) - 0.5) < 1e-10 && !line_x && !line_y) share *= 0.5;
+      }
+      const Complex s = share * direct_sum(f, kappa);
       for (int x = 0; x < width; ++x) {
         const double at = x0 + (x + 0.5 - 0.5 * width) * pitch;
         rows[static_cast<std::size_t>(b * width + x)] += s * std::polar(1.0, 2 * std::numbers::pi * nx * at);

@@ -122,6 +122,73 @@ INSTANTIATE_TEST_SUITE_P(Sizes, AxisAligned,
                          testing::Values(Dims{16, 16, 16}, Dims{15, 12, 9}, Dims{12, 17, 1}, Dims{1, 9, 6},
                                          Dims{13, 1, 7}, Dims{1, 1, 5}, Dims{31, 23, 10}));
 
+// A finer picture has both Nyquist lines of an even size, and pixels on the voxels' columns: interpolation.
+TEST(Projection, FinerPicturesPassThroughTheSumsOfVoxels) {
+  for (const Dims& dims :
+       {Dims{16, 16, 16}, Dims{15, 15, 9}, Dims{12, 10, 7}, Dims{9, 14, 1}, Dims{1, 6, 4}}) {
+    const auto f = white_noise(square_pixels(dims), 12);
+    const Picture truth = sums_along_z(f);
+    for (const double padding : {1.0, 2.0}) {
+      for (const auto& [finer_x, finer_y] : {std::pair{3, 3}, {5, 3}, {3, 1}, {1, 3}, {1, 1}}) {
+        // Odd factors put a pixel's middle on every voxel's; unequal ones go with unequal steps, so that
+        // pixels stay square, and length along z stays as it was.
+        auto g = f;
+        g.geometry.spacing = Vec3(0.8 * finer_x, 0.8 * finer_y, 1.7);
+        const int width = int(dims[0]) * finer_x, height = int(dims[1]) * finer_y;
+        Scene s{.padding = padding, .width = width, .height = height, .pitch = 0.8};
+        for (const bool in_float : {false, true}) {
+          const auto fine = in_float ? picture<float>(g, s) : picture<double>(g, s);
+          Picture at_voxels;
+          for (std::int64_t j = 0; j < dims[1]; ++j) {
+            for (std::int64_t i = 0; i < dims[0]; ++i) {
+              const auto x = finer_x / 2 + finer_x * i, y = finer_y / 2 + finer_y * j;
+              at_voxels.push_back(fine[static_cast<std::size_t>(y * width + x)]);
+            }
+          }
+          // Rounding, as of the picture of the volume's own size.
+          EXPECT_LT(relative_l2(at_voxels, truth), in_float ? 1e-6 : 1e-13)
+              << dims[0] << "x" << dims[1] << " padding " << padding << " finer " << finer_x << ","
+              << finer_y;
+        }
+        if (dims[0] * dims[1] < 130) {
+          s.filter = s.compensation = "es:12";
+          if (padding == 2) {
+            EXPECT_LT(relative_l2(picture<double>(g, s),
+                                  direct_picture(g, camera_of(g.geometry, s), width, height)),
+                      1e-9);  // white noise: as AnyViewOfAnySize
+          }
+        }
+      }
+    }
+  }
+}
+
+// Sizes that a file may claim: the slice's points are far apart, and nearly cancel along one axis.
+TEST(Projection, NoPointLiesOutsideTheSpectrum) {
+  for (const double width : {1e-11, 1e-13, 1e-14, 1e-15, 3e-16, 1e-17}) {
+    SpectrumInfo info;
+    info.geometry = cube(8);
+    info.geometry.spacing = Vec3(1, 1e-18, 1e-18);
+    const double c = 0.70710678128, d = 0.70710678109;
+    info.geometry.direction.col(0) = Vec3(c, d, 0);
+    info.geometry.direction.col(1) = Vec3(-d, c, 0);
+    info.padded = info.geometry.dims;
+    SliceSource<float> source(info, 2);
+    for (int n = 0; n < 64; ++n)
+      std::fill_n(source.row(0, n % 8 - 4, n / 8 - 4), 2 * info.row_length(), 0.0f);
+    source.fill_margins();
+    camera::View view;
+    view.width = width;
+    view.projection = camera::Projection::orthographic;
+    const auto slice =
+        slice_view(info, camera::Camera(view, info.geometry.centre(), 1, 16, 16), 16, 16, true);
+    const Filter filter("trilinear", 1);
+    Projector<float> projector(source, filter);
+    const auto planes = projector.project(slice, {{1.0}});
+    for (const float v : planes[0]) ASSERT_EQ(v, 0);  // every number that is read is one of the spectrum's
+  }
+}
+
 TEST(Projection, ConstantOnALargeOffsetStaysConstant) {
   auto f = grid_of(square_pixels({24, 24, 24}));
   std::fill(f.voxels.begin(), f.voxels.end(), 1e6);
