@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -116,6 +117,10 @@ bool apply_phase(T* rows, const Layout& l, std::int64_t j, int sign) {
   return poison == 0;
 }
 
+void require_finite(const std::vector<char>& parts, const char* else_say) {
+  if (std::find(parts.begin(), parts.end(), 0) != parts.end()) throw Error(else_say);
+}
+
 }  // namespace
 
 std::int64_t SpectrumInfo::count() const {
@@ -125,11 +130,35 @@ std::int64_t SpectrumInfo::count() const {
 void SpectrumInfo::validate() const {
   geometry.validate();
   (void)checked_count(padded);
+  if (!(padding >= 1 && padding <= 16)) throw Error("padding is not between 1 and 16");
   for (int a = 0; a < 3; ++a) {
     if (padded[a] < geometry.dims[a]) throw Error("a spectrum is smaller than its volume");
+    if (padded[a] > std::numeric_limits<int>::max())
+      throw Error("a spectrum is larger than FFTW can make one");
+    const std::int64_t size = padded_size(geometry.dims[a], padding);
+    if (padded[a] != size) {
+      throw Error(std::to_string(geometry.dims[a]) + " samples, padded, are " + std::to_string(size) +
+                  ", not " + std::to_string(padded[a]));
+    }
   }
-  if (!(padding >= 1 && padding <= 16)) throw Error("padding is not between 1 and 16");
   if (names.empty()) throw Error("a spectrum file without spectra");
+  const std::size_t given = names.size();
+  const auto require_names = [&](std::size_t least, std::size_t most) {
+    if (given < least || given > most) {
+      throw Error("a " + model + " file has " + std::to_string(least) +
+                  (most == least ? "" : " to " + std::to_string(most)) +
+                  (most == 1 ? " spectrum" : " spectra") + ", this one " + std::to_string(given));
+    }
+  };
+  if (model == "plain") {
+    require_names(1, 1);
+  } else if (model == "depth-cue" || model == "directional") {
+    require_names(4, 4);
+  } else if (model == "bezier") {
+    require_names(1, 16);
+  } else if (model != "bands") {
+    throw Error("spectrum of an unknown model; plain, depth-cue, directional, bezier and bands are known");
+  }
   if (compensation != "none") (void)Filter(compensation, padding);
 }
 
@@ -202,9 +231,7 @@ Buffer<T> transform_field(const SpectrumInfo& info, const RowSource& source, Pla
       finite[j] = apply_phase(rows, l, j, +1) ? 1 : 0;
     }
   });
-  if (std::find(finite.begin(), finite.end(), 0) != finite.end()) {
-    throw Error("the spectrum overflows its type; scale the volume or use f64");
-  }
+  require_finite(finite, "the spectrum overflows its type; scale the volume or use f64");
   return data;
 }
 
@@ -227,14 +254,16 @@ volume::Grid<T> inverse(Spectrum<T>& spectrum, std::size_t field, Planning plann
   const Columns<T> along_y(l.m[1], l.row / 2, l.row / 2, false, planning);
   const Columns<T> along_z(l.m[2], l.row / 2, l.slab / 2, false, planning);
   Buffer<T>& data = spectrum.fields.at(field);
+  std::vector<char> finite(static_cast<std::size_t>(std::max(l.m[1], l.n[2])), 1);
   parallel_for(0, l.m[1], 1, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t j = begin; j < end; ++j) {
       T* rows = data.data() + j * l.row;
-      (void)apply_phase(rows, l, j, -1);
+      finite[j] = apply_phase(rows, l, j, -1) ? 1 : 0;
       if (l.m[2] % 2 != 0) rotate_slabs(rows, l, false);
       along_z.run(rows);
     }
   });
+  require_finite(finite, "the spectrum holds a number that is not finite");
   volume::Grid<T> grid{spectrum.info.geometry, Buffer<T>(static_cast<std::size_t>(l.n[0] * l.n[1] * l.n[2]))};
   const double scale =
       1 / (static_cast<double>(l.m[0]) * static_cast<double>(l.m[1]) * static_cast<double>(l.m[2]));
@@ -247,10 +276,17 @@ volume::Grid<T> inverse(Spectrum<T>& spectrum, std::size_t field, Planning plann
         T* row = slab + j * l.row;
         along_x.run(row);
         const double yz = scale * centring_sign(j, l.m[1]) * centring_sign(k, l.m[2]) / (c.y[j] * c.z[k]);
-        for (std::int64_t i = 0; i < l.n[0]; ++i) grid(i, j, k) = static_cast<T>(row[i] * (yz / c.x[i]));
+        T poison = 0;
+        for (std::int64_t i = 0; i < l.n[0]; ++i) {
+          const T value = static_cast<T>(row[i] * (yz / c.x[i]));
+          grid(i, j, k) = value;
+          poison += value * 0;
+        }
+        if (!(poison == 0)) finite[k] = 0;
       }
     }
   });
+  require_finite(finite, "the volume overflows its type; make the spectrum as f64");
   return grid;
 }
 

@@ -13,19 +13,19 @@ namespace vol::fourier {
 
 /// What a spectrum says of itself; the keys of its file.
 struct SpectrumInfo {
-  volume::GridGeometry geometry;        ///< of the volume that was transformed
-  Dims padded{1, 1, 1};                 ///< M: the size of the transform per axis, at least the volume's
-  double padding = 1;                   ///< as asked for; M may be a little larger
-  std::string compensation = "none";    ///< filter whose attenuation was divided out
-  std::string model = "plain";          ///< plain, depth-cue, directional, bezier, bands
-  std::vector<std::string> names{"f"};  ///< of the spectra, in order
+  volume::GridGeometry geometry;                  ///< of the volume that was transformed
+  Dims padded{1, 1, 1};                           ///< M: the size of the transform per axis, padded_size()
+  double padding = 1;                             ///< as asked for; M may be a little larger
+  std::string compensation = "none";              ///< filter whose attenuation was divided out
+  std::string model = "plain";                    ///< plain, depth-cue, directional, bezier, bands
+  std::vector<std::string> names{"f"};            ///< of the spectra, in order
   std::map<std::string, std::string> attributes;  ///< of the volume, and how it was made
 
   /// kx = 0 .. floor(Mx/2); ky and kz centred, index ky + floor(My/2).
   [[nodiscard]] std::int64_t row_length() const { return padded[0] / 2 + 1; }
   /// Complex numbers in one spectrum.
   [[nodiscard]] std::int64_t count() const;
-  /// Throws vol::Error where sizes, padding or names cannot be those of a spectrum.
+  /// Throws vol::Error where sizes, padding, model or names cannot be those of a spectrum.
   void validate() const;
 };
 
@@ -68,7 +68,7 @@ template <class T>
                                     Planning planning = Planning::estimate);
 
 /// The volume whose spectrum number `field` is: the inverse of transform(), padding cut, compensation undone.
-/// Overwrites that spectrum.
+/// Overwrites that spectrum. \throws vol::Error where a number of the spectrum or of the volume is not finite
 template <class T>
 [[nodiscard]] volume::Grid<T> inverse(Spectrum<T>& spectrum, std::size_t field,
                                       Planning planning = Planning::estimate);

@@ -83,9 +83,13 @@ fourier::SpectrumInfo info_of(nrrd::Header& header) {
   for (int c = 0; c < 3; ++c)
     g.direction.col(c) = Vec3(direction[3 * c], direction[3 * c + 1], direction[3 * c + 2]);
   const std::string space = keys.text("space");
+  bool known = false;
   for (const auto s : {volume::Space::none, volume::Space::lps, volume::Space::ras}) {
-    if (space == volume::name(s)) g.space = s;
+    if (space != volume::name(s)) continue;
+    g.space = s;
+    known = true;
   }
+  if (!known) throw Error(header.name + ": the spectrum's space is none of those known; none, LPS or RAS");
   info.padded = keys.dims("padded");
   info.padding = keys.numbers("padding", 1)[0];
   info.compensation = keys.text("compensation");
@@ -102,6 +106,14 @@ fourier::SpectrumInfo info_of(nrrd::Header& header) {
     if (key != kKind && !key.starts_with(kPrefix)) info.attributes[key] = value;
   }
   return info;
+}
+
+/// \throws vol::Error naming the file
+template <class T>
+void require_finite(const T* values, std::int64_t count, const std::string& file) {
+  T poison = 0;  // stays 0 unless something is not finite
+  for (std::int64_t i = 0; i < count; ++i) poison += values[i] * 0;
+  if (!(poison == 0)) throw Error(file + ": the spectrum holds a number that is not finite");
 }
 
 }  // namespace
@@ -167,8 +179,11 @@ fourier::SliceSource<T> SpectrumFile::read_slice_source(int taps) {
   const std::size_t bytes = static_cast<std::size_t>(2 * info_.row_length()) * sizeof(T);
   for (std::size_t f = 0; f < info_.names.size(); ++f) {
     for (std::int64_t k = 0; k < m[2]; ++k) {
-      for (std::int64_t j = 0; j < m[1]; ++j)
-        file_.read_exactly(source.row(f, j - m[1] / 2, k - m[2] / 2), bytes);
+      for (std::int64_t j = 0; j < m[1]; ++j) {
+        T* row = source.row(f, j - m[1] / 2, k - m[2] / 2);
+        file_.read_exactly(row, bytes);
+        require_finite(row, 2 * info_.row_length(), display_name(file_.path()));
+      }
     }
   }
   source.fill_margins();
@@ -181,6 +196,7 @@ fourier::Spectrum<T> SpectrumFile::read_spectrum() {
   for (std::size_t f = 0; f < info_.names.size(); ++f) {
     auto& field = spectrum.fields.emplace_back(static_cast<std::size_t>(2 * info_.count()));
     file_.read_exactly(field.data(), field.size() * sizeof(T));
+    require_finite(field.data(), static_cast<std::int64_t>(field.size()), display_name(file_.path()));
   }
   return spectrum;
 }

@@ -25,7 +25,8 @@ class SpectrumFile {
 
   [[nodiscard]] const fourier::SpectrumInfo& info() const { return info_; }
   [[nodiscard]] bool is_double() const { return is_double_; }
-  /// All spectra, for slicing; T must be the file's type.
+  /// All spectra, for slicing; T must be the file's type. \throws vol::Error naming the file, here and below,
+  /// where a number is not finite
   template <class T>
   [[nodiscard]] fourier::SliceSource<T> read_slice_source(int taps);
   /// All spectra as they stand.

@@ -117,6 +117,46 @@ TEST(Spectrum, OverflowAndImpossibleSizesAreRefused) {
   EXPECT_THROW((void)spectrum_bytes<float>(info), Error);
 }
 
+TEST(Spectrum, WhatContradictsItselfIsRefused) {
+  const auto f = grid_of(oblique_geometry({4, 5, 6}));
+  const auto good = info_of(f, 1.5);
+  EXPECT_NO_THROW(good.validate());
+  const auto refused = [&](auto change) {
+    auto info = good;
+    change(info);
+    EXPECT_THROW(info.validate(), Error) << info.model << " " << info.names.size() << " " << info.padding;
+  };
+  refused([](auto& i) { i.padding = 1; });
+  refused([](auto& i) { i.padding = 4; });
+  refused([](auto& i) { i.padding = std::nan(""); });
+  refused([](auto& i) { i.padded[1] += 1; });
+  refused([](auto& i) { i.model = "frobnicate"; });
+  refused([](auto& i) { i.model = "depth-cue"; });
+  refused([](auto& i) { i.names = {"a", "b"}; });
+  refused([](auto& i) {
+    i.model = "bezier";
+    i.names.resize(17);
+  });
+  refused([](auto& i) {  // a size whose padding is not looked for one by one
+    i.geometry.dims = {std::int64_t{1} << 58, 1, 1};
+    i.padded = {(std::int64_t{1} << 58) / 2 * 3, 2, 2};
+  });
+}
+
+TEST(Spectrum, TheInverseOfWhatIsNotFiniteIsRefused) {
+  const auto f = white_noise(oblique_geometry({4, 5, 6}), 9);
+  for (const float bad : {std::nanf(""), HUGE_VALF, -HUGE_VALF}) {
+    for (const std::size_t at : {std::size_t{0}, std::size_t{77}}) {
+      auto spectrum = transform<float>(info_of(f, 1.5), {rows_of(f)});
+      spectrum.fields[0][at] = bad;
+      EXPECT_THROW((void)inverse(spectrum, 0), Error) << bad << " at " << at;
+    }
+  }
+  auto spectrum = transform<float>(info_of(f, 1.5), {rows_of(f)});  // finite, but their sum is not
+  std::fill(spectrum.fields[0].begin(), spectrum.fields[0].end(), 1e38f);
+  EXPECT_THROW((void)inverse(spectrum, 0), Error);
+}
+
 TEST(Spectrum, PaddedSizes) {
   EXPECT_EQ(padded_size(251, 1), 251);
   EXPECT_EQ(padded_size(251, 2), 502);

@@ -9,9 +9,10 @@ template <class T>
 void write(const std::filesystem::path& path, std::vector<std::string> names) {
   vol::fourier::SpectrumInfo info;
   info.geometry.dims = {3, 2, 1};
-  info.padded = {4, 3, 1};
+  info.padded = {4, 3, 2};
   info.padding = 1.25;
   info.compensation = "es:4";
+  info.model = names.size() == 4 ? "depth-cue" : "plain";
   info.names = std::move(names);
   vol::fourier::Spectrum<T> spectrum;
   spectrum.info = info;
