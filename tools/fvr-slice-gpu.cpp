@@ -2,9 +2,11 @@
 //   fvr-slice-gpu spectrum.nrrd -o turn.png --turntable 36 --size 256x256 --ifft gpu
 #include <nlohmann/json.hpp>
 
+#include "base/checked.h"
 #include "base/error.h"
 #include "base/timer.h"
 #include "cli/fvr.h"
+#include "cli/naming.h"
 #include "cli/run.h"
 #include "fourier_gpu/gpu_projector.h"
 #include "io/spectrum.h"
@@ -19,21 +21,16 @@ struct Options {
   std::string ifft = "fftw";
 };
 
-int work(const Options& o, cli::Record& record) {
-  const auto views = cli::fvr_views(o.fvr, record);  // wrong words are answered before a large file is read
-  record.input(o.fvr.input);
-  io::SpectrumFile file(o.fvr.input);
+int draw(io::SpectrumFile& file, const std::vector<cli::FvrView>& views, const Options& o,
+         cli::Record& record) {
   const fourier::Filter filter = cli::fvr_filter(o.fvr, file.info(), record);
   if (file.is_double()) throw Error("fvr-slice-gpu takes f32 spectra; draw this one with fvr-slice");
   const gpu::Context context;
   record.device(context.device());
-  const std::int64_t bytes = fourier::SliceSource<float>::bytes(file.info(), filter.taps());
-  record.count("planned_bytes", bytes);
-  const std::int64_t limit = io::ReadOptions::physical_memory();
-  if (bytes > limit) {
-    throw Error("the spectrum would take " + std::to_string(bytes >> 20) + " MiB, of " +
-                std::to_string(limit >> 20) + " MiB in this machine");
-  }
+  // On a software renderer the device's copy of the spectrum is in this memory too.
+  cli::fvr_require_memory(o.fvr, file.info(), views,
+                          checked_product(2, fourier::SliceSource<float>::bytes(file.info(), filter.taps())),
+                          4 * sizeof(float), record);
   const auto source = record.timed("read", [&] { return file.read_slice_source<float>(filter.taps()); });
   const auto by = o.ifft == "gpu" ? fourier_gpu::InverseBy::gpu : fourier_gpu::InverseBy::fftw;
   std::optional<fourier_gpu::GpuProjector> projector;
@@ -57,6 +54,13 @@ int work(const Options& o, cli::Record& record) {
   record.result("inverse_s_per_frame", projector->times().inverse / frames);
   record.result("read_back_s_per_frame", projector->times().read_back / frames);
   return 0;
+}
+
+int work(const Options& o, cli::Record& record) {
+  const auto views = cli::fvr_views(o.fvr, record);  // wrong words are answered before a large file is read
+  record.input(o.fvr.input);
+  io::SpectrumFile file(o.fvr.input);
+  return cli::naming(o.fvr.input, [&] { return draw(file, views, o, record); });
 }
 
 }  // namespace

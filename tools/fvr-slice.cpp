@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/timer.h"
 #include "cli/fvr.h"
+#include "cli/naming.h"
 #include "cli/run.h"
 #include "fourier/projection.h"
 #include "io/spectrum.h"
@@ -23,13 +24,8 @@ struct Options {
 template <class T>
 void draw(io::SpectrumFile& file, const fourier::Filter& filter, const std::vector<cli::FvrView>& views,
           const Options& o, cli::Record& record) {
-  const std::int64_t bytes = fourier::SliceSource<T>::bytes(file.info(), filter.taps());
-  record.count("planned_bytes", bytes);
-  const std::int64_t limit = io::ReadOptions::physical_memory();
-  if (bytes > limit) {
-    throw Error("the spectrum would take " + std::to_string(bytes >> 20) + " MiB, of " +
-                std::to_string(limit >> 20) + " MiB in this machine");
-  }
+  cli::fvr_require_memory(o.fvr, file.info(), views,
+                          fourier::SliceSource<T>::bytes(file.info(), filter.taps()), sizeof(T), record);
   const auto source = record.timed("read", [&] { return file.read_slice_source<T>(filter.taps()); });
   fourier::Projector<T> projector(source, filter, o.algorithm == "plain");
   double seconds = 0;
@@ -63,12 +59,14 @@ int work(const Options& o, cli::Record& record) {
   const auto views = cli::fvr_views(o.fvr, record);  // wrong words are answered before a large file is read
   record.input(o.fvr.input);
   io::SpectrumFile file(o.fvr.input);
-  const fourier::Filter filter = cli::fvr_filter(o.fvr, file.info(), record);
-  if (file.is_double()) {
-    draw<double>(file, filter, views, o, record);
-  } else {
-    draw<float>(file, filter, views, o, record);
-  }
+  cli::naming(o.fvr.input, [&] {
+    const fourier::Filter filter = cli::fvr_filter(o.fvr, file.info(), record);
+    if (file.is_double()) {
+      draw<double>(file, filter, views, o, record);
+    } else {
+      draw<float>(file, filter, views, o, record);
+    }
+  });
   return 0;
 }
 

@@ -3,12 +3,16 @@
 //   vol-fft spectrum.nrrd -o back.nrrd --inverse
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "base/checked.h"
 #include "base/error.h"
+#include "cli/naming.h"
 #include "cli/run.h"
 #include "cli/volume_input.h"
+#include "fourier/canny.h"
 #include "fourier/models.h"
 #include "io/any_volume.h"
 #include "io/spectrum.h"
@@ -34,8 +38,10 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("-o,--output", o.output, "Spectrum (.nrrd); with --inverse a volume; - is standard output")
       ->required()
       ->group("Files");
-  app.add_option("--wisdom", o.wisdom,
-                 "FFTW's measured plans: read if there, and written; without it plans are estimated")
+  app.add_option(
+         "--wisdom", o.wisdom,
+         "FFTW's measured plans: read if there, and written; f32 and f64 each need a file of their own; "
+         "without it plans are estimated")
       ->group("Files");
 
   const char* spectrum = "Spectrum";
@@ -52,8 +58,9 @@ void declare(CLI::App& app, Options& o) {
       ->check(CLI::IsMember({"f32", "f64"}))
       ->capture_default_str()
       ->group(spectrum);
-  app.add_flag("--inverse", o.inverse, "From a spectrum back to its volume")->group(spectrum);
+  auto* inverse = app.add_flag("--inverse", o.inverse, "From a spectrum back to its volume")->group(spectrum);
   app.add_option("--spectrum", o.spectrum, "Inverse: name of the spectrum, of several [the first]")
+      ->needs(inverse)
       ->group(spectrum);
 
   const char* model = "Model (one of these; several spectra in one file)";
@@ -83,6 +90,10 @@ void declare(CLI::App& app, Options& o) {
       ->excludes(shading)
       ->excludes(bezier)
       ->group(model);
+  for (const char* forward :
+       {"--pad", "--compensate", "--type", "--shading", "--bezier", "--bands", "--edges"}) {
+    inverse->excludes(app.get_option(forward));
+  }
 }
 
 std::vector<fourier::Band> parse_bands(const std::vector<std::string>& words) {
@@ -111,6 +122,14 @@ fourier::Model model_of(const volume::Volume& volume, const Options& o, cli::Rec
   return fourier::plain_model(volume);
 }
 
+/// Spectra that model_of() will name.
+std::int64_t spectra_of(const Options& o) {
+  if (!o.shading.empty()) return 4;
+  if (o.bezier > 0) return o.bezier;
+  if (!o.bands.empty() || o.edges) return static_cast<std::int64_t>(o.bands.size()) + (o.edges ? 1 : 0);
+  return 1;
+}
+
 /// States what will be taken, before it is.
 void require_memory(std::int64_t bytes, const char* what, cli::Record& record) {
   record.count("planned_bytes", bytes);
@@ -131,37 +150,56 @@ fourier::Planning planning(const Options& o) {
 }
 
 template <class T>
+void write_wisdom(const std::filesystem::path& path) {
+  io::OutputFile out(path);
+  out.write(fourier::wisdom<T>());
+  out.commit();
+}
+
+template <class T>
 int forward(const Options& o, cli::Record& record) {
   if (!io::is_standard_stream(o.output) && o.output.extension() != ".nrrd") {
     throw Error(o.output.string() + ": a spectrum goes to a .nrrd file, or to - (standard output)");
   }
   io::require_writable(o.output);
-  if (o.compensation != "none") (void)fourier::Filter(o.compensation, o.padding);
+  if (!o.wisdom.empty()) io::require_writable(o.wisdom);
+  std::optional<fourier::Filter> filter;
+  if (o.compensation != "none") filter.emplace(o.compensation, o.padding);
   (void)parse_bands(o.bands);
   const volume::Volume volume = cli::load(o.input, record);
   fourier::SpectrumInfo info;
   info.geometry = volume.geometry();
   info.padding = o.padding;
-  info.compensation = o.compensation;
+  if (filter) info.compensation = filter->name();
   info.attributes = volume.attributes;
   for (int a = 0; a < 3; ++a) info.padded[a] = fourier::padded_size(info.geometry.dims[a], o.padding);
+  const std::int64_t voxels = info.geometry.count();
+  const std::int64_t bytes = voxels * static_cast<std::int64_t>(volume::size_in_bytes(volume.voxel_type()));
+  const std::int64_t spectrum_bytes = checked_product(info.count(), 2 * sizeof(T));
+  // Measuring plans takes another spectrum to try them on. Canny's detector is done before there are spectra,
+  // and leaves a byte a voxel.
+  const std::int64_t transform =
+      checked_product(spectrum_bytes, spectra_of(o) + (o.wisdom.empty() ? 0 : 1)) + (o.edges ? voxels : 0);
+  const std::int64_t detector = o.edges ? checked_product(voxels, fourier::kCannyBytes) : 0;
+  require_memory(bytes + std::max(transform, detector), "volume and spectra", record);
+  if (filter) {
+    const auto c = fourier::compensation(*filter, info.geometry.dims, info.padded);
+    record.result("largest_compensation", c.largest);
+    constexpr double kTooMuch = 1e3;  // three of float's seven digits
+    if (c.largest > kTooMuch) {
+      char factor[32];
+      std::snprintf(factor, sizeof factor, "%.2g", c.largest);
+      record.warn("compensation for " + filter->name() + " multiplies voxels by up to " + factor +
+                  ", and all errors of the filter there as well; more --pad cures it");
+    }
+  }
   const auto model = record.timed("model", [&] { return model_of(volume, o, record); });
   info.model = model.name;
   info.names = model.spectra;
-  const std::int64_t voxels =
-      info.geometry.count() * static_cast<std::int64_t>(volume::size_in_bytes(volume.voxel_type()));
-  // Measuring plans takes another spectrum to try them on.
-  const std::int64_t trial = o.wisdom.empty() ? 0 : checked_product(info.count(), 2 * sizeof(T));
-  require_memory(voxels + fourier::spectrum_bytes<T>(info) + trial, "volume and spectra", record);
-  if (o.compensation != "none") {
-    const auto c =
-        fourier::compensation(fourier::Filter(o.compensation, o.padding), info.geometry.dims, info.padded);
-    record.result("largest_compensation", c.largest);
-  }
   const auto plan = planning<T>(o);
   const auto spectrum =
       record.repeated("transform", [&] { return fourier::transform<T>(info, model.sources, plan); });
-  if (!o.wisdom.empty()) fourier::write_wisdom<T>(o.wisdom);
+  if (!o.wisdom.empty()) write_wisdom<T>(o.wisdom);
   record.count("spectra", static_cast<std::int64_t>(info.names.size()));
   record.count("spectrum_bytes", fourier::spectrum_bytes<T>(info));
   record.result("padded", {info.padded[0], info.padded[1], info.padded[2]});
@@ -181,22 +219,29 @@ volume::Volume inverse_of(io::SpectrumFile& file, const Options& o, cli::Record&
   result.grid = record.timed("transform", [&] {
     return fourier::inverse(spectrum, static_cast<std::size_t>(found - names.begin()), plan);
   });
-  if (!o.wisdom.empty()) fourier::write_wisdom<T>(o.wisdom);
+  if (!o.wisdom.empty()) write_wisdom<T>(o.wisdom);
   return result;
 }
 
-int inverse(const Options& o, cli::Record& record) {
-  io::require_volume_output(o.output);
-  record.input(o.input.path);
-  io::SpectrumFile file(o.input.path);
+int inverse(io::SpectrumFile& file, const Options& o, cli::Record& record) {
   const std::int64_t bytes = file.is_double() ? fourier::spectrum_bytes<double>(file.info())
                                               : fourier::spectrum_bytes<float>(file.info());
-  require_memory(bytes + file.info().geometry.count() * (file.is_double() ? 8 : 4), "spectra and volume",
-                 record);
+  const std::int64_t trial =
+      o.wisdom.empty() ? 0 : bytes / static_cast<std::int64_t>(file.info().names.size());
+  require_memory(bytes + trial + file.info().geometry.count() * (file.is_double() ? 8 : 4),
+                 "spectra and volume", record);
   auto volume = file.is_double() ? inverse_of<double>(file, o, record) : inverse_of<float>(file, o, record);
   volume.attributes = file.info().attributes;
   cli::save(o.output, volume, record);
   return 0;
+}
+
+int inverse(const Options& o, cli::Record& record) {
+  io::require_volume_output(o.output);
+  if (!o.wisdom.empty()) io::require_writable(o.wisdom);
+  record.input(o.input.path);
+  io::SpectrumFile file(o.input.path);
+  return cli::naming(o.input.path, [&] { return inverse(file, o, record); });
 }
 
 int work(const Options& o, cli::Record& record) {

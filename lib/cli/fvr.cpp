@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "cli/options.h"
 #include "fourier/models.h"
+#include "fourier/projection.h"
 #include "io/file.h"
 #include "io/png.h"
 #include "io/scene.h"
@@ -84,6 +85,13 @@ bool is_stack(const FvrOptions& o) {
 }  // namespace
 
 std::vector<FvrView> fvr_views(const FvrOptions& o, Record& record) {
+  if (!o.format.empty() && o.output.extension() == ".nrrd") {
+    throw Error("--format " + o.format + " contradicts " + o.output.string() + ", a stack of all views");
+  }
+  const bool png = o.format == "png" || (o.format.empty() && o.output.extension() == ".png");
+  if (o.exposure != "auto" && !png) {
+    throw Error("--exposure is for PNG; other pictures hold the values themselves");
+  }
   camera::View base;
   if (!o.scene.empty()) {
     record.input(o.scene);
@@ -139,14 +147,13 @@ fourier::Filter fvr_filter(const FvrOptions& o, const fourier::SpectrumInfo& inf
                                            : "catmull-rom",
                          info.padding);
   record.resolved("filter", filter.name());
-  if (filter.name() == info.compensation) {
-    if (filter.beta() > 0 && info.padding < 1.25) {
-      record.warn(
-          "es without padding: ghosts of 20 % and more where the object fills its box; vol-fft --pad 2 cures "
-          "it");
-    }
-    return filter;
+  if (info.padding < 1.25) {
+    record.warn(
+        "a spectrum without padding: views along no axis have ghosts of 20 % and more, whatever the filter, "
+        "where "
+        "the object fills its box; vol-fft --pad 2 cures it");
   }
+  if (filter.name() == info.compensation) return filter;
   if (!filter.interpolates()) {
     throw Error("--filter " + filter.name() + " needs a spectrum made with vol-fft --compensate " +
                 filter.name() + "; this one is compensated for " + info.compensation);
@@ -249,6 +256,61 @@ bool is_png(const FvrView& view, const std::string& format) {
 
 }  // namespace
 
+namespace {
+
+struct Job {
+  fourier::SliceView view;
+  fourier::ChannelWeights weights;
+};
+
+std::vector<Job> jobs_of(const FvrOptions& o, const fourier::SpectrumInfo& info,
+                         const std::vector<FvrView>& views) {
+  const auto size = parse_image_size("--size", o.size);
+  const Vec3 centre = info.geometry.centre();
+  const double longest = info.geometry.edge_lengths().maxCoeff();
+  std::vector<Job> jobs;
+  for (const auto& v : views) {
+    const camera::Camera camera(v.view, centre, longest, size[0], size[1]);
+    jobs.push_back(
+        {fourier::slice_view(info, camera, size[0], size[1], o.wrap), fvr_weights(o, info, camera)});
+  }
+  return jobs;
+}
+
+// The pictures of a run are kept until they are written, so that drawing is timed by itself; of many, in
+// lots.
+constexpr std::size_t kLot = 64;
+
+}  // namespace
+
+void fvr_require_memory(const FvrOptions& o, const fourier::SpectrumInfo& info,
+                        const std::vector<FvrView>& views, std::int64_t spectra, std::int64_t real,
+                        Record& record) {
+  const auto jobs = jobs_of(o, info, views);
+  std::int64_t largest = 0, all = 0;  // planes; all are kept while they are small
+  for (const Job& job : jobs) {
+    const std::int64_t plane = checked_product(
+        fourier::SlicePlane<float>::bytes(job.view.width, job.view.height, job.weights.size()),
+        real / static_cast<std::int64_t>(sizeof(float)));
+    largest = std::max(largest, plane);
+    all = std::min(all + plane, fourier::kKeptPlanes);
+  }
+  const auto views_count = static_cast<std::int64_t>(jobs.size());
+  const std::int64_t pixels = jobs.front().view.picture_width * jobs.front().view.picture_height,
+                     channels = static_cast<std::int64_t>(jobs.front().weights.size()),
+                     lot = std::min<std::int64_t>(views_count, kLot);
+  // Drawn in `real`, kept in float; an image of four floats is made of one at a time, or all go into a stack.
+  const std::int64_t pictures = checked_product(pixels * channels, lot * 4 + real),
+                     written = checked_product(pixels, is_stack(o) ? 4 * views_count : 4 * 4);
+  const std::int64_t bytes = spectra + std::max(largest, all) + pictures + written;
+  record.count("planned_bytes", bytes);
+  const std::int64_t limit = io::ReadOptions::physical_memory();
+  if (bytes > limit) {
+    throw Error("spectra, slices and pictures would take " + std::to_string(bytes >> 20) + " MiB, of " +
+                std::to_string(limit >> 20) + " MiB in this machine");
+  }
+}
+
 void fvr_pictures(const FvrOptions& o, const fourier::SpectrumInfo& info, const std::vector<FvrView>& views,
                   const FvrDraw& draw, Record& record) {
   const auto size = parse_image_size("--size", o.size);
@@ -256,18 +318,7 @@ void fvr_pictures(const FvrOptions& o, const fourier::SpectrumInfo& info, const 
   if (o.exposure != "auto" && (!CLI::detail::lexical_cast(o.exposure, exposure) || !(exposure > 0))) {
     throw Error("--exposure " + o.exposure + ": expected a positive number or auto");
   }
-  const Vec3 centre = info.geometry.centre();
-  const double longest = info.geometry.edge_lengths().maxCoeff();
-  struct Job {
-    fourier::SliceView view;
-    fourier::ChannelWeights weights;
-  };
-  std::vector<Job> jobs;
-  for (const auto& v : views) {
-    const camera::Camera camera(v.view, centre, longest, size[0], size[1]);
-    jobs.push_back(
-        {fourier::slice_view(info, camera, size[0], size[1], o.wrap), fvr_weights(o, info, camera)});
-  }
+  const auto jobs = jobs_of(o, info, views);
   volume::Grid<float> stack;
   if (is_stack(o)) {
     const double pitch = jobs.front().view.pitch;
@@ -276,9 +327,6 @@ void fvr_pictures(const FvrOptions& o, const fourier::SpectrumInfo& info, const 
     stack.voxels.resize(static_cast<std::size_t>(checked_count(stack.geometry.dims)));
   }
   std::int64_t frames = 0;
-  // The pictures of a run are kept until they are written, so that drawing is timed by itself; of many, in
-  // lots.
-  constexpr std::size_t kLot = 64;
   for (std::size_t first = 0; first < jobs.size(); first += kLot) {
     const std::size_t last = std::min(jobs.size(), first + kLot);
     const auto pictures = record.repeated("render", [&] {

@@ -47,6 +47,12 @@ struct FvrView {
 [[nodiscard]] fourier::ChannelWeights fvr_weights(const FvrOptions& o, const fourier::SpectrumInfo& info,
                                                   const camera::Camera& camera);
 
+/// States in the record what the run will take: `spectra` bytes, planes of the slices in numbers of `real`
+/// bytes, and pictures as many as are held at once. \throws vol::Error where the machine has less
+void fvr_require_memory(const FvrOptions& o, const fourier::SpectrumInfo& info,
+                        const std::vector<FvrView>& views, std::int64_t spectra, std::int64_t real,
+                        Record& record);
+
 /// Draws one view: the planes of its channels, row by row from the top.
 using FvrDraw =
     std::function<std::vector<Buffer<float>>(const fourier::SliceView&, const fourier::ChannelWeights&)>;

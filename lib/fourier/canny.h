@@ -9,6 +9,11 @@ struct CannyOptions {
   double high = 0.2;
 };
 
+/// What canny_edges() takes while it works, bytes a voxel, result included: two boxes of floats, two of
+/// bytes, and the growing list of voxels to go on from (8 bytes each, thrice while it grows, half the voxels
+/// at most).
+inline constexpr std::int64_t kCannyBytes = 22;
+
 /// Canny 1986 in three dimensions: 1 at edge voxels, else 0. Smoothing by a Gaussian cut at 3 sigma,
 /// replicated border; central differences in world lengths; a voxel stays if its gradient is at least that of
 /// both neighbours (trilinear) one smallest spacing along the gradient, is at least `high`, or at least `low`

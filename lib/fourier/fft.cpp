@@ -2,7 +2,9 @@
 
 #include <fftw3.h>
 
+#include <cstdlib>
 #include <limits>
+#include <memory>
 #include <string>
 
 #include "base/error.h"
@@ -25,7 +27,7 @@ struct Fftw<float> {
   static constexpr auto execute_c2r = fftwf_execute_dft_c2r;
   static constexpr auto destroy = fftwf_destroy_plan;
   static constexpr auto import_wisdom = fftwf_import_wisdom_from_filename;
-  static constexpr auto export_wisdom = fftwf_export_wisdom_to_filename;
+  static constexpr auto export_wisdom = fftwf_export_wisdom_to_string;
 };
 
 template <>
@@ -40,7 +42,7 @@ struct Fftw<double> {
   static constexpr auto execute_c2r = fftw_execute_dft_c2r;
   static constexpr auto destroy = fftw_destroy_plan;
   static constexpr auto import_wisdom = fftw_import_wisdom_from_filename;
-  static constexpr auto export_wisdom = fftw_export_wisdom_to_filename;
+  static constexpr auto export_wisdom = fftw_export_wisdom_to_string;
 };
 
 /// Rows start wherever the width puts them, so no plan may count on alignment: other codelets, other bits.
@@ -119,14 +121,17 @@ void RowTransform<T>::run(T* row) const {
 
 template <class T>
 void read_wisdom(const std::filesystem::path& path) {
-  if (Fftw<T>::import_wisdom(path.c_str()) == 0)
-    throw Error(path.string() + ": cannot be read as FFTW's wisdom");
+  if (Fftw<T>::import_wisdom(path.c_str()) == 0) {
+    throw Error(path.string() + ": cannot be read as FFTW's wisdom of " + (sizeof(T) == 8 ? "f64" : "f32") +
+                "; f32 and f64 each need a file of their own");
+  }
 }
 
 template <class T>
-void write_wisdom(const std::filesystem::path& path) {
-  if (Fftw<T>::export_wisdom(path.c_str()) == 0)
-    throw Error(path.string() + ": FFTW's wisdom cannot be written");
+std::string wisdom() {
+  const std::unique_ptr<char, decltype(&std::free)> text(Fftw<T>::export_wisdom(), &std::free);
+  if (!text) throw Error("FFTW does not give its wisdom");
+  return text.get();
 }
 
 std::int64_t next_fast_size(std::int64_t n, bool same_parity) {
@@ -145,7 +150,7 @@ template class RowTransform<float>;
 template class RowTransform<double>;
 template void read_wisdom<float>(const std::filesystem::path&);
 template void read_wisdom<double>(const std::filesystem::path&);
-template void write_wisdom<float>(const std::filesystem::path&);
-template void write_wisdom<double>(const std::filesystem::path&);
+template std::string wisdom<float>();
+template std::string wisdom<double>();
 
 }  // namespace vol::fourier

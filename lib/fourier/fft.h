@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <string>
 
 #include "base/buffer.h"
 #include "base/vec.h"
@@ -13,12 +14,13 @@ namespace vol::fourier {
 /// that may differ in the last bits from run to run unless wisdom is kept.
 enum class Planning { estimate, measure };
 
-/// Plans found by measuring, from and to a file; T = float and double each have files of their own.
-/// \throws vol::Error where the file cannot be read as wisdom, or not be written
+/// Plans found by measuring, from a file; T = float and double each have files of their own.
+/// \throws vol::Error where the file cannot be read as wisdom of T
 template <class T>
 void read_wisdom(const std::filesystem::path& path);
+/// What is known now, as such a file holds it.
 template <class T>
-void write_wisdom(const std::filesystem::path& path);
+[[nodiscard]] std::string wisdom();
 
 /// Complex to complex transforms of `length` points, of up to `columns` neighbouring columns (stride `stride`
 /// complex numbers) at once; in place, unnormalised.

@@ -88,9 +88,11 @@ Filter::Filter(std::string_view name, double padding) : name_(name) {
   } else if (name.starts_with("sinc:")) {
     kind_ = Kind::sinc;
     taps_ = number_after(name, 5);
+    name_ = "sinc:" + std::to_string(taps_);
   } else if (name.starts_with("es:")) {
     kind_ = Kind::es;
     taps_ = number_after(name, 3);
+    name_ = "es:" + std::to_string(taps_);  // es:06 too
     beta_ = 0.976 * kPi * taps_ * (1 - 1 / (2 * padding));
   } else {
     throw Error("filter " + name_ + " is unknown; there are " + filter_names());

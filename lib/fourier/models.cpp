@@ -134,8 +134,9 @@ std::vector<double> depth_cue_weights(const camera::Camera& camera, double stren
 }
 
 std::vector<double> directional_weights(const Vec3& light) {
-  if (!(light.norm() > 0) || !light.allFinite()) throw Error("--light is not a direction");
-  const Vec3 l = 0.5 * light.normalized();
+  if (!(light.cwiseAbs().maxCoeff() > 0) || !light.allFinite()) throw Error("--light is not a direction");
+  const Vec3 l =
+      0.5 * (light / light.cwiseAbs().maxCoeff()).normalized();  // squares neither overflow nor vanish
   return {0.5, l.x(), l.y(), l.z()};
 }
 

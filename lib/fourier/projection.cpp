@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/checked.h"
 #include "base/parallel.h"
 #include "base/timer.h"
 
@@ -57,10 +58,25 @@ std::vector<std::complex<T>> centring_phases(std::int64_t count, double centre, 
   return result;
 }
 
+namespace {
+
+/// Rows of a power of two would put a column into one set of the cache.
+std::int64_t plane_stride(std::int64_t width) {
+  return (width / 2 + kColumns) / kColumns * kColumns + (width % 128 == 0 ? kColumns : 0);
+}
+
+}  // namespace
+
+template <class T>
+std::int64_t SlicePlane<T>::bytes(std::int64_t width, std::int64_t height, std::size_t channels) {
+  return checked_product(
+      checked_product(2 * plane_stride(width) * static_cast<std::int64_t>(sizeof(T)), height),
+      static_cast<std::int64_t>(channels));
+}
+
 template <class T>
 SlicePlane<T>::SlicePlane(std::int64_t width, std::int64_t height, std::size_t channels)
-    // Rows of a power of two would put a column into one set of the cache.
-    : stride_((width / 2 + kColumns) / kColumns * kColumns + (width % 128 == 0 ? kColumns : 0)),
+    : stride_(plane_stride(width)),
       c_stride_(height),
       channels_(channels),
       along_y_(height, kColumns, stride_, false, Planning::estimate),
@@ -187,8 +203,17 @@ std::int64_t Projector<T>::slice_row(const SliceView& view, const ChannelWeights
 template <class T>
 std::vector<Buffer<T>> Projector<T>::project(const SliceView& view, const ChannelWeights& weights) {
   const Timer timer;
-  auto& plane = planes_[{view.width, view.height, weights.size()}];
-  if (!plane) plane = std::make_unique<SlicePlane<T>>(view.width, view.height, weights.size());
+  const std::tuple key{view.width, view.height, weights.size()};
+  if (!planes_.contains(key)) {
+    const std::int64_t bytes = SlicePlane<T>::bytes(view.width, view.height, weights.size());
+    if (kept_ + bytes > kKeptPlanes) {
+      planes_.clear();
+      kept_ = 0;
+    }
+    planes_[key] = std::make_unique<SlicePlane<T>>(view.width, view.height, weights.size());
+    kept_ += bytes;
+  }
+  const auto& plane = planes_[key];
   const std::int64_t columns = plane->columns(view);
   const Phases phases{centring_phases<T>(view.width / 2 + 1, view.centre_x, view.width),
                       centring_phases<T>(view.height, view.centre_y, view.height)};

@@ -19,6 +19,8 @@ class SlicePlane {
     return data_.data() + 2 * stride_ * (c_stride_ * static_cast<std::int64_t>(c) + q);
   }
   [[nodiscard]] std::int64_t stride() const { return stride_; }  ///< complex numbers
+  /// Bytes that a plane of this size takes.
+  [[nodiscard]] static std::int64_t bytes(std::int64_t width, std::int64_t height, std::size_t channels);
   /// Columns from which on all is 0, rounded up to what is transformed together.
   [[nodiscard]] std::int64_t columns(const SliceView& view) const;
   /// Inverse transforms of the first `columns` columns and of the picture's rows; overwrites the plane.
@@ -31,6 +33,10 @@ class SlicePlane {
   RowTransform<T> along_x_;
   Buffer<T> data_;
 };
+
+/// Planes of several sizes are kept from picture to picture up to these many bytes together, or one larger
+/// one.
+inline constexpr std::int64_t kKeptPlanes = std::int64_t{64} << 20;
 
 /// Pictures of one spectrum by the projection-slice theorem: slice, inverse transform, scale. A pixel is the
 /// sum over samples times world length: the real part of
@@ -63,6 +69,7 @@ class Projector {
   const Filter& filter_;
   std::optional<FastSlicer> fast_;
   std::map<std::tuple<std::int64_t, std::int64_t, std::size_t>, std::unique_ptr<SlicePlane<T>>> planes_;
+  std::int64_t kept_ = 0;  // bytes of planes_
   Times times_;
   std::int64_t points_ = 0;
 

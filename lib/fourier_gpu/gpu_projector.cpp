@@ -117,8 +117,18 @@ std::vector<Buffer<float>> GpuProjector::project(const fourier::SliceView& view,
   }
   const Timer timer;
   // A channel at a time, so that the transform's lines are those of one picture.
-  auto& slot = planes_[{view.width, view.height, 1}];
-  if (!slot) slot = std::make_unique<Plane>(view.width, view.height, 1, inverse_);
+  const std::tuple key{view.width, view.height, std::size_t{1}};
+  if (!planes_.contains(key)) {
+    // Of both kinds the plane on the device and the other one, there or here, are at most this.
+    const std::int64_t bytes = 4 * fourier::SlicePlane<float>::bytes(view.width, view.height, 1);
+    if (kept_ + bytes > fourier::kKeptPlanes) {
+      planes_.clear();
+      kept_ = 0;
+    }
+    planes_[key] = std::make_unique<Plane>(view.width, view.height, 1, inverse_);
+    kept_ += bytes;
+  }
+  const auto& slot = planes_[key];
   Plane& plane = *slot;
   const auto phase_x = fourier::centring_phases<float>(view.width / 2 + 1, view.centre_x, view.width);
   const auto phase_y = fourier::centring_phases<float>(view.height, view.centre_y, view.height);

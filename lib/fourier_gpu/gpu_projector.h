@@ -39,6 +39,7 @@ class GpuProjector {
   std::vector<gpu::PairTexture> fields_;
   gpu::StorageBuffer coefficients_;
   std::map<std::tuple<std::int64_t, std::int64_t, std::size_t>, std::unique_ptr<Plane>> planes_;
+  std::int64_t kept_ = 0;  // bytes of planes_
   Times times_;
 
   /// Inverse transforms along lines, `first` and `second` in turn; returns the one that holds the result.

@@ -82,6 +82,11 @@ TEST(Filter, PolynomialsAreTheWeights) {
   }
 }
 
+TEST(Filter, NamesAreCanonical) {
+  EXPECT_EQ(Filter("es:06", 2).name(), "es:6");
+  EXPECT_EQ(Filter("sinc:005", 2).name(), "sinc:5");
+}
+
 TEST(Filter, RefusesWhatItDoesNotKnow) {
   for (const char* name : {"", "cubic", "es:", "es:1", "es:17", "es:4x", "sinc:0", "sinc:-3"}) {
     EXPECT_THROW(Filter(name, 2), Error) << name;

@@ -109,6 +109,10 @@ TEST(Models, DirectionalLightIsTheSumOfTheLitField) {
       largest_difference(front(volume, directional_model(volume), {directional_weights(light)})[0], truth),
       kRounding);
   EXPECT_THROW((void)directional_weights(Vec3::Zero()), Error);
+  for (const double length : {1e200, 1e-200, 5e-324, 1.7e308}) {  // lengths whose squares are no numbers
+    EXPECT_EQ(directional_weights(Vec3(0, length, 0)), directional_weights(Vec3(0, 1, 0))) << length;
+    EXPECT_EQ(directional_weights(Vec3(-length, length, 0)), directional_weights(Vec3(-1, 1, 0))) << length;
+  }
 }
 
 TEST(Models, ControlPointsOfOneAreTheUnclassifiedProjection) {
