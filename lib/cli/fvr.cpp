@@ -84,6 +84,19 @@ bool is_stack(const FvrOptions& o) {
 
 }  // namespace
 
+namespace {
+
+/// 0 for auto.
+double exposure_of(const FvrOptions& o) {
+  double exposure = 0;
+  if (o.exposure != "auto" && (!CLI::detail::lexical_cast(o.exposure, exposure) || !(exposure > 0))) {
+    throw Error("--exposure " + o.exposure + ": expected a positive number or auto");
+  }
+  return exposure;
+}
+
+}  // namespace
+
 std::vector<FvrView> fvr_views(const FvrOptions& o, Record& record) {
   if (!o.format.empty() && o.output.extension() == ".nrrd") {
     throw Error("--format " + o.format + " contradicts " + o.output.string() + ", a stack of all views");
@@ -92,6 +105,8 @@ std::vector<FvrView> fvr_views(const FvrOptions& o, Record& record) {
   if (o.exposure != "auto" && !png) {
     throw Error("--exposure is for PNG; other pictures hold the values themselves");
   }
+  (void)parse_image_size("--size", o.size);
+  (void)exposure_of(o);
   camera::View base;
   if (!o.scene.empty()) {
     record.input(o.scene);
@@ -314,10 +329,7 @@ void fvr_require_memory(const FvrOptions& o, const fourier::SpectrumInfo& info,
 void fvr_pictures(const FvrOptions& o, const fourier::SpectrumInfo& info, const std::vector<FvrView>& views,
                   const FvrDraw& draw, Record& record) {
   const auto size = parse_image_size("--size", o.size);
-  double exposure = 0;
-  if (o.exposure != "auto" && (!CLI::detail::lexical_cast(o.exposure, exposure) || !(exposure > 0))) {
-    throw Error("--exposure " + o.exposure + ": expected a positive number or auto");
-  }
+  double exposure = exposure_of(o);
   const auto jobs = jobs_of(o, info, views);
   volume::Grid<float> stack;
   if (is_stack(o)) {
