@@ -36,15 +36,28 @@ constexpr double kBinomial[4][10] = {
 
 }  // namespace
 
-GridPieces::GridPieces(const volume::Volume& volume, Reconstruction reconstruction)
+GridPieces::GridPieces(const volume::Volume& volume, Reconstruction reconstruction,
+                       std::optional<double> less)
     : geometry_(volume.geometry()),
       world_to_index_(geometry_.world_to_index_matrix()),
       reconstruction_(reconstruction),
-      taps_(volume::taps(reconstruction)) {
+      taps_(volume::taps(reconstruction)),
+      less_(less.value_or(0)),
+      shifted_(less.has_value()) {
   volume::visit(volume, [&](const auto& grid) {
     using T = typename std::decay_t<decltype(grid)>::value_type;
     if (reconstruction == Reconstruction::b_spline) {
-      coefficients_ = volume::b_spline_coefficients(grid);
+      if (less_ == 0) {
+        coefficients_ = volume::b_spline_coefficients(grid);
+      } else {
+        volume::Grid<double> shifted;
+        shifted.geometry = grid.geometry;
+        shifted.voxels = Buffer<double>(grid.voxels.size());
+        std::transform(grid.voxels.begin(), grid.voxels.end(), shifted.voxels.begin(),
+                       [this](T value) { return static_cast<double>(value) - less_; });
+        coefficients_ = volume::b_spline_coefficients(shifted);
+        less_ = 0;  // the coefficients have it already
+      }
       samples_ = coefficients_.data();
       load_ = [](const void* p, std::int64_t i) { return static_cast<const double*>(p)[i]; };
     } else {
@@ -89,12 +102,13 @@ GridPieces::AxisKernel GridPieces::kernel(int axis, std::int64_t cell) const {
   return k;
 }
 
-Bernstein GridPieces::polynomial(const std::int64_t cell[3], const Vec3& from, const Vec3& to) const {
+Bernstein GridPieces::polynomial(const std::array<std::int64_t, 3>& cell, const Vec3& from,
+                                 const Vec3& to) const {
   AxisKernel axis[3];
-  for (int a = 0; a < 3; ++a) axis[a] = kernel(a, cell[a]);
+  for (int a = 0; a < 3; ++a) axis[a] = kernel(a, cell[static_cast<std::size_t>(a)]);
   const std::int64_t nx = geometry_.dims[0], ny = geometry_.dims[1];
   const auto sample = [&](int i, int j, int k) {
-    return load_(samples_, axis[0].index[i] + nx * (axis[1].index[j] + ny * axis[2].index[k]));
+    return load_(samples_, axis[0].index[i] + nx * (axis[1].index[j] + ny * axis[2].index[k])) - less_;
   };
   Bernstein p;
   if (taps_ == 1) {
@@ -102,7 +116,8 @@ Bernstein GridPieces::polynomial(const std::int64_t cell[3], const Vec3& from, c
     return p;
   }
   // Weights as scaled Bernstein polynomials of t, w[k] C(d, k), whose products are plain convolutions. The
-  // field is taken relative to one sample: constant cells come out constant, small signals keep their digits.
+  // field is taken relative to `less`, or to one sample: constant cells come out constant, small signals keep
+  // their digits.
   const int d = taps_ == 2 ? 1 : 3;
   double weight[3][4][4];
   for (int a = 0; a < 3; ++a) {
@@ -116,7 +131,7 @@ Bernstein GridPieces::polynomial(const std::int64_t cell[3], const Vec3& from, c
       }
     }
   }
-  const double base = sample(taps_ / 4, taps_ / 4, taps_ / 4);
+  const double base = shifted_ ? 0 : sample(taps_ / 4, taps_ / 4, taps_ / 4);
   double sum[10] = {};
   for (int c = 0; c < taps_; ++c) {
     double plane[7] = {};
@@ -140,32 +155,69 @@ Bernstein GridPieces::polynomial(const std::int64_t cell[3], const Vec3& from, c
   return p;
 }
 
+Vec3 GridPieces::local(const std::array<std::int64_t, 3>& cell, const Vec3& o, const Vec3& d,
+                       double t) const {
+  constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
+  Vec3 u = Vec3::Zero();
+  for (int a = 0; a < 3; ++a) {
+    if (geometry_.dims[static_cast<std::size_t>(a)] == 1) continue;
+    const double x = o[a] + t * d[a] - static_cast<double>(cell[static_cast<std::size_t>(a)]);
+    const double rounding = kRounding * (1 + std::abs(o[a]) + std::abs(t * d[a]));
+    u[a] = x <= rounding ? 0 : x >= 1 - rounding ? 1 : x;
+  }
+  return u;
+}
+
+Vec3 GridPieces::gradient(const camera::Ray& ray, const RayPiece& piece, double t) const {
+  const Vec3 u = local(piece.cell, world_to_index_ * (ray.origin - geometry_.origin),
+                       world_to_index_ * ray.direction, t);
+  AxisKernel axis[3];
+  double w[3][4], dw[3][4];
+  for (int a = 0; a < 3; ++a) {
+    axis[a] = kernel(a, piece.cell[static_cast<std::size_t>(a)]);
+    for (int n = 0; n < taps_; ++n) {
+      const double* c = axis[a].power[n];
+      w[a][n] = c[0] + u[a] * (c[1] + u[a] * (c[2] + u[a] * c[3]));
+      dw[a][n] = c[1] + u[a] * (2 * c[2] + u[a] * 3 * c[3]);
+    }
+  }
+  const auto sample = [&](int i, int j, int k) {
+    return load_(samples_, axis[0].index[i] +
+                               geometry_.dims[0] * (axis[1].index[j] + geometry_.dims[1] * axis[2].index[k]));
+  };
+  const double base = sample(0, 0, 0);  // so that where all are equal the gradient is 0
+  Vec3 sum = Vec3::Zero();
+  for (int k = 0; k < taps_; ++k) {
+    for (int j = 0; j < taps_; ++j) {
+      for (int i = 0; i < taps_; ++i) {
+        const double v = sample(i, j, k) - base;
+        sum += v *
+               Vec3(dw[0][i] * w[1][j] * w[2][k], w[0][i] * dw[1][j] * w[2][k], w[0][i] * w[1][j] * dw[2][k]);
+      }
+    }
+  }
+  return world_to_index_.transpose() * sum;
+}
+
 void GridPieces::operator()(const camera::Ray& ray, const Chord& chord, const PieceSink& sink) const {
   const Vec3 o = world_to_index_ * (ray.origin - geometry_.origin);
   const Vec3 d = world_to_index_ * ray.direction;
   // Cells meet in planes at integers; those of nearest, around the samples, at integers and a half.
   const double shift = reconstruction_ == Reconstruction::nearest ? 0.5 : 0;
-  std::int64_t cell[3], cells[3];
-  for (int a = 0; a < 3; ++a) {
+  std::array<std::int64_t, 3> cell, cells;
+  for (std::size_t a = 0; a < 3; ++a) {
     const std::int64_t n = geometry_.dims[a];
     cells[a] = n == 1 ? 1 : shift > 0 ? n : n - 1;
-    const double x = o[a] + chord.entry * d[a] + shift;
+    const auto n_a = static_cast<Eigen::Index>(a);
+    const double x = o[n_a] + chord.entry * d[n_a] + shift;
     cell[a] = !(x > 0) || n == 1 ? 0 : std::min(static_cast<std::int64_t>(x), cells[a] - 1);
   }
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const auto next_plane = [&](int a) {  // t at which the ray leaves its cell along an axis
-    const std::int64_t plane = d[a] > 0 ? cell[a] + 1 : cell[a];
-    const bool last = d[a] == 0 || (d[a] > 0 ? plane >= cells[a] : plane <= 0);
+    const auto n = static_cast<std::size_t>(a);
+    const std::int64_t plane = d[a] > 0 ? cell[n] + 1 : cell[n];
+    const bool last = d[a] == 0 || (d[a] > 0 ? plane >= cells[n] : plane <= 0);
     return last ? kInfinity : (static_cast<double>(plane) - shift - o[a]) / d[a];
-  };
-  const auto local = [&](double t) {
-    Vec3 u;
-    for (int a = 0; a < 3; ++a) {
-      u[a] = cells[a] == 1 && geometry_.dims[a] == 1
-                 ? 0.0
-                 : std::clamp(o[a] + t * d[a] - static_cast<double>(cell[a]), 0.0, 1.0);
-    }
-    return u;
   };
   double leave[3] = {next_plane(0), next_plane(1), next_plane(2)};
   double t = chord.entry;
@@ -173,11 +225,11 @@ void GridPieces::operator()(const camera::Ray& ray, const Chord& chord, const Pi
     const int axis = leave[0] <= leave[1] ? (leave[0] <= leave[2] ? 0 : 2) : (leave[1] <= leave[2] ? 1 : 2);
     const double end = std::min(leave[axis], chord.exit);
     if (end > t) {
-      if (!sink({t, end, polynomial(cell, local(t), local(end))})) return;
+      if (!sink({t, end, polynomial(cell, local(cell, o, d, t), local(cell, o, d, end)), cell})) return;
       t = end;
     }
     if (leave[axis] >= chord.exit) return;
-    cell[axis] += d[axis] > 0 ? 1 : -1;
+    cell[static_cast<std::size_t>(axis)] += d[axis] > 0 ? 1 : -1;
     leave[axis] = next_plane(axis);
   }
 }

@@ -8,6 +8,7 @@
 #include "base/parallel.h"
 #include "render/shading.h"
 #include "render/visibility.h"
+#include "volume/grid_sampler.h"
 
 namespace vol::render {
 namespace {
@@ -66,10 +67,10 @@ IsosurfaceRays::Counts& IsosurfaceRays::Counts::operator+=(const Counts& other) 
 IsosurfaceRays::IsosurfaceRays(const volume::Volume& volume, volume::Reconstruction reconstruction,
                                double isovalue, bool close)
     : geometry_(volume.geometry()),
+      bounds_(volume::field_bounds(geometry_)),
       world_to_index_(geometry_.world_to_index_matrix()),
-      field_(volume, reconstruction),
-      pieces_(volume, reconstruction),
-      isovalue_(isovalue),
+      pieces_(volume, reconstruction, isovalue),
+      box_(bounds_),
       close_(close) {
   if (!std::isfinite(isovalue)) throw Error("an isovalue must be finite");
   if (reconstruction == volume::Reconstruction::nearest) {
@@ -125,11 +126,24 @@ void IsosurfaceRays::for_crossed_stretches(const camera::Ray& ray, const Chord& 
   if (start && *start < chord.exit) (void)f({*start, chord.exit});
 }
 
-IsosurfaceRays::Hit IsosurfaceRays::hit_at(const camera::Ray& ray, double t) const {
-  const Vec3 p = ray.origin + t * ray.direction;
-  const Vec3 gradient = field_.view().gradient(p);
+IsosurfaceRays::Hit IsosurfaceRays::hit_at(const camera::Ray& ray, const RayPiece& piece, double t) const {
+  Vec3 gradient = pieces_.gradient(ray, piece, t);
+  // On the rim of a plateau it may be 0: towards the piece's end outside it is not, for the field falls.
+  const double outside = piece.p.b[0] < 0 && t > piece.t0 ? piece.t0 : piece.t1;
+  for (double share = 0x1p-20; share <= 1 && gradient.isZero(0); share *= 2) {
+    gradient = pieces_.gradient(ray, piece, t + share * (outside - t));
+  }
   const double length = gradient.stableNorm();
-  return {t, p, length > 0 ? Vec3(-gradient / length) : Vec3(Vec3::Zero())};
+  return {t, ray.origin + t * ray.direction, length > 0 ? Vec3(-gradient / length) : Vec3(Vec3::Zero())};
+}
+
+bool IsosurfaceRays::begins_inside(const camera::Ray& ray, const Chord& chord) const {
+  bool inside = false;
+  pieces_(ray, chord, [&](const RayPiece& piece) {
+    inside = piece.p.b[0] >= 0;
+    return false;
+  });
+  return inside;
 }
 
 IsosurfaceRays::Hit IsosurfaceRays::border_hit(const camera::Ray& ray, double t) const {
@@ -153,35 +167,39 @@ IsosurfaceRays::Hit IsosurfaceRays::border_hit(const camera::Ray& ray, double t)
 std::optional<IsosurfaceRays::Hit> IsosurfaceRays::first_hit(const camera::Ray& ray, const Chord& chord,
                                                              Counts& counts) const {
   ++counts.rays;
-  if (close_ && field_.view().value(ray.origin + chord.entry * ray.direction) >= isovalue_) {
-    ++counts.hits;
-    return border_hit(ray, chord.entry);
-  }
-  std::optional<double> where;
   std::optional<bool> inside;  // where the last piece ended
+  if (close_) {
+    inside = begins_inside(ray, chord);
+    const auto whole = box_.chord(ray, -std::numeric_limits<double>::infinity());
+    if (*inside && whole && chord.entry == whole->entry) {  // else the chord begins at the eye, in the box
+      ++counts.hits;
+      return border_hit(ray, chord.entry);
+    }
+  }
+  std::optional<Hit> hit;
+  RayPiece last;
   bool undecided = false;
   const auto look = [&](const Chord& stretch) {
     pieces_(ray, stretch, [&](const RayPiece& piece) {
       ++counts.cells;
-      const bool starts_inside = piece.p.b[0] >= isovalue_;
+      const bool starts_inside = piece.p.b[0] >= 0;
       if (inside && *inside != starts_inside) {
-        where = piece.t0;
-        return false;
+        // The gradient on the side that is outside, as within a piece.
+        hit = hit_at(ray, starts_inside && last.t1 == piece.t0 ? last : piece, piece.t0);
+      } else if (const auto u = first_crossing(piece.p, 0, &undecided)) {
+        hit = hit_at(ray, piece, piece.t0 + *u * (piece.t1 - piece.t0));
       }
-      if (const auto u = first_crossing(piece.p, isovalue_, &undecided)) {
-        where = piece.t0 + *u * (piece.t1 - piece.t0);
-        return false;
-      }
-      inside = piece.p.b[piece.p.degree] >= isovalue_;
-      return true;
+      inside = piece.p.b[piece.p.degree] >= 0;
+      last = piece;
+      return !hit;
     });
-    return !where;
+    return !hit;
   };
   for_crossed_stretches(ray, chord, look);
-  counts.undecided += undecided && !where;
-  if (!where) return std::nullopt;
-  ++counts.hits;
-  return hit_at(ray, *where);
+  if (!hit && close_ && *inside) hit = border_hit(ray, chord.exit);
+  counts.undecided += undecided && !hit;
+  counts.hits += hit.has_value();
+  return hit;
 }
 
 IsosurfaceImage draw_isosurface(const IsosurfaceRays& surface, const Scene& scene, const Vec3& colour,

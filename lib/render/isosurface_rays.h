@@ -2,8 +2,8 @@
 #include <optional>
 
 #include "index/macrocells.h"
-#include "render/grid_field.h"
 #include "render/options.h"
+#include "render/ray_box.h"
 #include "render/ray_polynomial.h"
 #include "render/raycast.h"
 
@@ -30,7 +30,7 @@ class IsosurfaceRays {
   struct Hit {
     double t;       ///< world length along the ray
     Vec3 position;  ///< world
-    Vec3 normal;    ///< unit, from inside to outside; 0 where the gradient vanishes
+    Vec3 normal;    ///< unit, from inside to outside
   };
   struct Counts {
     std::int64_t rays = 0;  ///< that meet the volume
@@ -42,14 +42,21 @@ class IsosurfaceRays {
 
   /// The first change of side on the chord: from cell to cell by the polynomial that the field is there
   /// (degree 3 for trilinear, 9 for the cubics), cells in macrocells whose range excludes the isovalue left
-  /// out. A change between two cells, where rounding puts it, is a hit too.
+  /// out. A change between two cells, where rounding puts it, is a hit too. The isovalue is subtracted from
+  /// the samples before they are interpolated, so that plateaus at it are inside, whatever the rounding.
+  ///
+  /// The normal is the gradient's in the cell of the crossing; where that vanishes, as on the rim of a
+  /// plateau, the gradient's a little outside. On a closed border it is the border's. A chord that begins
+  /// inside the box (its eye is there) has no border where it begins; what is inside from there to the box's
+  /// other side ends there.
   [[nodiscard]] std::optional<Hit> first_hit(const camera::Ray& ray, const Chord& chord,
                                              Counts& counts) const;
 
-  [[nodiscard]] const volume::FieldBounds& bounds() const { return field_.view().bounds; }
+  [[nodiscard]] const volume::FieldBounds& bounds() const { return bounds_; }
 
  private:
-  [[nodiscard]] Hit hit_at(const camera::Ray& ray, double t) const;
+  [[nodiscard]] Hit hit_at(const camera::Ray& ray, const RayPiece& piece, double t) const;
+  [[nodiscard]] bool begins_inside(const camera::Ray& ray, const Chord& chord) const;
   [[nodiscard]] Hit border_hit(const camera::Ray& ray, double t) const;
 
   /// The stretches of the chord through macrocells that the surface may cross, in order; f returns false to
@@ -58,10 +65,10 @@ class IsosurfaceRays {
   void for_crossed_stretches(const camera::Ray& ray, const Chord& chord, const F& f) const;
 
   const volume::GridGeometry& geometry_;
+  volume::FieldBounds bounds_;
   Mat3 world_to_index_;
-  GridField field_;
-  GridPieces pieces_;
-  double isovalue_;
+  GridPieces pieces_;  // of the field less the isovalue
+  RayBox box_;
   bool close_;
   Dims macrocells_;
   std::vector<std::uint8_t> crossed_;  // macrocells whose range holds the isovalue
