@@ -1,9 +1,12 @@
 // isosurf-mc: isosurfaces of a volume as a triangle mesh.
 //   isosurf-mc head.nrrd --isovalue 90 -o head.ply
 //   isosurf-mc protein.nrrd --isovalue 0.2,-0.2 --close -o protein.obj --stats mesh.json
+#include <algorithm>
+#include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "base/error.h"
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/volume_input.h"
@@ -20,6 +23,7 @@ using nlohmann::json;
 struct Options {
   cli::VolumeInput input;
   std::filesystem::path output;
+  std::vector<std::string> isovalue_texts;
   std::vector<double> isovalues;
   std::string type = "f32";
   isosurface::MarchingCubesOptions mesh;
@@ -37,19 +41,19 @@ void declare(CLI::App& app, Options& o) {
       ->group("Files");
 
   const char* surface = "Surface";
-  app.add_option("--isovalue", o.isovalues,
+  app.add_option("--isovalue", o.isovalue_texts,
                  "Values of the surfaces, in the volume's units; VALUE or VALUE,VALUE,...")
       ->required()
-      ->delimiter(',')
       ->allow_extra_args(false)
       ->take_all()
-      ->check(cli::check_finite)
+      ->type_name("LIST")
       ->group(surface);
   app.add_flag("--close", o.mesh.close, "Close the surface at the volume's border: all beyond is outside")
       ->group(surface);
   app.add_flag(
          "--no-weld", o.no_weld,
-         "Leave vertices at the same place and triangles without area, where samples equal the isovalue")
+         "Leave vertices at the same place and triangles without area, where samples equal the isovalue: the "
+         "manifold, whose sheets welding may make touch")
       ->group(surface);
 
   const char* contents = "Contents of the file";
@@ -63,8 +67,24 @@ void declare(CLI::App& app, Options& o) {
       ->group(contents);
 }
 
-json measures(const mesh::TriangleMesh& mesh) {
-  const mesh::Topology t = mesh::topology(mesh);
+/// By hand, since CLI11 would let "1,,2" pass for two numbers.
+std::vector<double> parse_isovalues(const std::vector<std::string>& texts) {
+  std::vector<double> values;
+  for (const std::string& text : texts) {
+    for (std::size_t begin = 0; begin <= text.size();) {
+      const std::size_t end = std::min(text.find(',', begin), text.size());
+      const std::string number = text.substr(begin, end - begin);
+      if (!cli::check_finite(number).empty()) {
+        throw Error("--isovalue " + text + ": expected finite numbers VALUE,VALUE,...");
+      }
+      values.push_back(std::strtod(number.c_str(), nullptr));
+      begin = end + 1;
+    }
+  }
+  return values;
+}
+
+json measures(const mesh::TriangleMesh& mesh, const mesh::Topology& t) {
   const mesh::Extent e = mesh::extent(mesh);
   json result{{"vertices", t.vertices},
               {"triangles", t.triangles},
@@ -77,8 +97,17 @@ json measures(const mesh::TriangleMesh& mesh) {
               {"non_manifold_vertices", t.non_manifold_vertices},
               {"misoriented_edges", t.misoriented_edges},
               {"area", e.area}};
-  result["volume"] = t.boundary_edges == 0 ? json(e.volume) : json();  // of an open surface: none
+  // Of an open surface, or of sheets that touch and may disagree about the outside: none.
+  result["volume"] = t.boundary_edges == 0 && t.is_manifold() ? json(e.volume) : json();
   return result;
+}
+
+json before_welding(const mesh::Topology& t) {
+  return {{"components", t.components},
+          {"euler_characteristic", t.euler},
+          {"boundary_edges", t.boundary_edges},
+          {"non_manifold_edges", t.non_manifold_edges},
+          {"non_manifold_vertices", t.non_manifold_vertices}};
 }
 
 /// The surface of one isovalue as it goes to the file; adds to the counts.
@@ -90,25 +119,35 @@ mesh::TriangleMesh make_surface(const volume::Volume& volume, double isovalue, c
   counts["active_cells"] += surface.counts.active_cells;
   counts["ambiguous_cells"] += surface.counts.ambiguous_cells;
   counts["tubes"] += surface.counts.tubes;
-  if (o.type == "f32") record.timed("round", [&] { mesh::round_to_float(surface.mesh); });
+  json entry{{"isovalue", isovalue}};
+  mesh::Topology topology;
+  if (!o.no_measures) topology = record.timed("measures", [&] { return mesh::topology(surface.mesh); });
+  record.timed("round", [&] {
+    if (o.type == "f32") return mesh::round_to_float(surface.mesh, volume.geometry().spacing.minCoeff());
+    mesh::require_finite(surface.mesh);
+  });
   if (!o.no_weld) {
+    if (!o.no_measures) entry["before_welding"] = before_welding(topology);
     const auto welded = record.timed("weld", [&] { return mesh::weld(surface.mesh); });
+    if (!o.no_measures && welded.vertices_merged != 0) {
+      topology = record.timed("measures", [&] { return mesh::topology(surface.mesh); });
+    }
     counts["vertices_merged"] += welded.vertices_merged;
     counts["triangles_dropped"] += welded.triangles_dropped;
     counts["flat_triangles"] += welded.flat_triangles;
   }
   counts["vertices"] += static_cast<std::int64_t>(surface.mesh.positions.size());
   counts["triangles"] += static_cast<std::int64_t>(surface.mesh.triangles.size());
-  json entry{{"isovalue", isovalue}};
-  if (!o.no_measures) entry.update(record.timed("measures", [&] { return measures(surface.mesh); }));
+  if (!o.no_measures)
+    entry.update(record.timed("measures", [&] { return measures(surface.mesh, topology); }));
   result.push_back(std::move(entry));
   return std::move(surface.mesh);
 }
 
 int work(Options& o, cli::Record& record) {
-  o.mesh.normals = !o.no_normals;
+  o.isovalues = parse_isovalues(o.isovalue_texts);
   o.write.double_precision = o.type == "f64";
-  io::require_mesh_format(o.output, o.write);
+  o.mesh.normals = io::require_mesh_format(o.output, o.write) != "stl" && !o.no_normals;  // STL has none
   const volume::Volume volume = cli::load(o.input, record);
   json result = json::array();
   std::map<std::string, std::int64_t> counts;

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/error.h"
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/volume_input.h"
@@ -92,6 +93,9 @@ int work(Options& o, cli::Record& record) {
   const io::SceneFile file = resolve(o);
   const auto size = cli::parse_image_size("--size", o.size);
   const Vec3 colour = cli::parse_vec3("--colour", o.colour);
+  if (colour.minCoeff() < 0 || colour.maxCoeff() > 1) {
+    throw Error("--colour " + o.colour + ": expected numbers from 0 to 1");
+  }
   if (!o.scene.empty()) record.input(o.scene);
   const volume::Volume volume = cli::load(o.input, record);
   const auto reconstruction = file.reconstruction.value_or(volume::Reconstruction::trilinear);

@@ -181,9 +181,10 @@ void write_stl(OutputFile& out, const TriangleMesh& mesh) {
 
 }  // namespace
 
-void require_mesh_format(const std::filesystem::path& path, const MeshWriteOptions& options) {
-  (void)format_of(path, options);
+std::string require_mesh_format(const std::filesystem::path& path, const MeshWriteOptions& options) {
+  std::string format = format_of(path, options);
   if (!is_standard_stream(path)) require_writable(path);
+  return format;
 }
 
 std::vector<std::string> write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
@@ -197,8 +198,9 @@ std::vector<std::string> write_mesh(const std::filesystem::path& path, const Tri
     write_obj(out, mesh, options);
   } else {
     write_stl(out, mesh);
-    if (!mesh.normals.empty()) lost.emplace_back("STL has no normals at vertices");
-    if (options.parts.size() > 1) lost.emplace_back("STL does not tell one isovalue from another");
+    if (!mesh.normals.empty()) lost.push_back(output_name(path) + ": STL has no normals at vertices");
+    if (options.parts.size() > 1)
+      lost.push_back(output_name(path) + ": STL does not tell one isovalue from another");
   }
   out.commit();
   return lost;

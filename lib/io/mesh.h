@@ -33,6 +33,7 @@ std::vector<std::string> write_mesh(const std::filesystem::path& path, const mes
                                     const MeshWriteOptions& options = {});
 
 /// Throws what write_mesh would throw for the name and options alone: call it before the work, not after.
-void require_mesh_format(const std::filesystem::path& path, const MeshWriteOptions& options);
+/// \return the format that will be written: ply, obj or stl
+std::string require_mesh_format(const std::filesystem::path& path, const MeshWriteOptions& options);
 
 }  // namespace vol::io

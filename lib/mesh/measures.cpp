@@ -1,10 +1,13 @@
 #include "mesh/measures.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
+#include <string>
 #include <vector>
 
 #include "base/compensated_sum.h"
+#include "base/error.h"
 #include "base/parallel.h"
 #include "base/vec.h"
 
@@ -156,6 +159,10 @@ std::int64_t components_of(const std::vector<std::array<Index, 2>>& edges, std::
 }  // namespace
 
 Topology topology(const TriangleMesh& mesh) {
+  if (mesh.triangles.size() > std::numeric_limits<Index>::max()) {
+    throw Error("the mesh has " + std::to_string(mesh.triangles.size()) +
+                " triangles, and over 2^32 - 1 are not counted: take a part of the volume, or --no-measures");
+  }
   const Incidence incidence(mesh);
   const auto vertices = static_cast<std::int64_t>(mesh.positions.size());
   Counts counts = parallel_reduce<Counts>(
@@ -192,7 +199,7 @@ Extent extent(const TriangleMesh& mesh) {
           const auto& t = mesh.triangles[static_cast<std::size_t>(n)];
           const Vec3 a = position(t[0]) - origin;
           const Vec3 normal = (position(t[1]) - position(t[0])).cross(position(t[2]) - position(t[0]));
-          part.area.add(0.5 * normal.norm());
+          part.area.add(0.5 * normal.stableNorm());
           part.volume.add(a.dot(normal) / 6);
         }
         return part;

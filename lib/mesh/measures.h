@@ -22,6 +22,7 @@ struct Topology {
     return non_manifold_edges == 0 && misoriented_edges == 0 && non_manifold_vertices == 0;
   }
 };
+/// \throws vol::Error on 2^32 triangles or more
 [[nodiscard]] Topology topology(const TriangleMesh& mesh);
 
 /// Sum of the triangles' areas, and the volume they enclose: a sixth of the sum of a . (b x c), relative to a

@@ -1,9 +1,14 @@
 #include "mesh/weld.h"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
+#include <cstdio>
 #include <limits>
+#include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "base/parallel.h"
 #include "base/vec.h"
 
@@ -97,7 +102,33 @@ Buffer<Index> first_at_place(const Buffer<Place>& positions) {
 
 bool is_flat(const TriangleMesh& mesh, const std::array<Index, 3>& t) {
   const auto at = [&](int i) { return Eigen::Map<const Vec3>(mesh.positions[t[i]].data()); };
-  return (at(1) - at(0)).cross(at(2) - at(0)).squaredNorm() == 0;
+  Vec3 u = at(1) - at(0);
+  Vec3 v = at(2) - at(0);
+  // Products of edges of 1e-90 are still normal numbers, those of 1e-200 and squares of the first are not.
+  const double size = std::max(u.cwiseAbs().maxCoeff(), v.cwiseAbs().maxCoeff());
+  if (size > 0) {
+    u /= size;
+    v /= size;
+  }
+  return u.cross(v).isZero(0);
+}
+
+/// In absolute value; infinity where one is NaN.
+double largest_coordinate(const TriangleMesh& mesh) {
+  double largest = 0;
+  for (const auto& p : mesh.positions) {
+    for (const double x : p) {
+      if (!(std::abs(x) <= largest))
+        largest = std::isnan(x) ? std::numeric_limits<double>::infinity() : std::abs(x);
+    }
+  }
+  return largest;
+}
+
+std::string short_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.3g", value);
+  return text;
 }
 
 }  // namespace
@@ -153,9 +184,24 @@ WeldCounts weld(TriangleMesh& mesh) {
   return counts;
 }
 
-void round_to_float(TriangleMesh& mesh) {
+void round_to_float(TriangleMesh& mesh, double finest) {
+  const double largest = largest_coordinate(mesh);
+  constexpr double kMost = std::numeric_limits<float>::max();
+  const auto at = static_cast<float>(std::min(largest, kMost));
+  const double apart =
+      static_cast<double>(at) - static_cast<double>(std::nextafter(at, at > 0 ? 0.0F : 1.0F));
+  if (!(largest <= kMost) || !(std::abs(apart) <= 1e-3 * finest)) {
+    throw Error("f32 is too coarse for positions up to " + short_text(largest) + " at a spacing of " +
+                short_text(finest) + ": take --type f64, into .ply or .obj");
+  }
   for (auto& p : mesh.positions) {
     for (double& x : p) x = static_cast<double>(static_cast<float>(x));
+  }
+}
+
+void require_finite(const TriangleMesh& mesh) {
+  if (!std::isfinite(largest_coordinate(mesh))) {
+    throw Error("the mesh has positions that are not finite: the volume's spacing or origin is too large");
   }
 }
 

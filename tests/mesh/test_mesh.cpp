@@ -96,6 +96,45 @@ TEST(Weld, FlatTrianglesStayAndAreCounted) {
   EXPECT_EQ(mesh.triangles.size(), 2u);
 }
 
+// Sizes whose squares, but not whose products, are below the smallest double.
+TEST(Measures, SmallMeshesHaveAreas) {
+  TriangleMesh mesh = cube();
+  for (auto& p : mesh.positions) {
+    for (double& x : p) x *= 1e-90;
+  }
+  EXPECT_NEAR(extent(mesh).area / 6e-180, 1, 1e-12);
+  EXPECT_NEAR(extent(mesh).volume / 1e-270, 1, 1e-12);
+  EXPECT_EQ(weld(mesh).flat_triangles, 0);
+}
+
+TEST(RoundToFloat, RefusesWhatFloatsCannotTellApart) {
+  const auto moved = [](double scale, double by) {
+    TriangleMesh mesh = cube();
+    for (auto& p : mesh.positions) {
+      for (double& x : p) x = scale * x + by;
+    }
+    return mesh;
+  };
+  TriangleMesh mesh = moved(1, 0);
+  EXPECT_NO_THROW(round_to_float(mesh, 1));
+  mesh = moved(1, 8000);  // floats 2^-11 apart
+  EXPECT_NO_THROW(round_to_float(mesh, 1));
+  mesh = moved(1, -8000);
+  EXPECT_THROW(round_to_float(mesh, 0.4), Error);
+  mesh = moved(1, 1e9);
+  EXPECT_THROW(round_to_float(mesh, 1), Error);
+  mesh = moved(0.01, 5e6);
+  EXPECT_THROW(round_to_float(mesh, 0.01), Error);
+  mesh = moved(1e38, 3e38);
+  EXPECT_THROW(round_to_float(mesh, 1e38), Error);
+  EXPECT_NO_THROW(require_finite(mesh));
+  mesh = moved(1e-60, 0);  // floats are 1e-45 apart there
+  EXPECT_THROW(round_to_float(mesh, 1e-60), Error);
+  mesh.positions[3][1] = std::nan("");
+  EXPECT_THROW(round_to_float(mesh, 1), Error);
+  EXPECT_THROW(require_finite(mesh), Error);
+}
+
 TEST(Append, MeshesMustBeAlike) {
   TriangleMesh mesh = cube();
   TriangleMesh with_normals = cube();

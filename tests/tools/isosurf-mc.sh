@@ -21,6 +21,7 @@ done
 "$bin/isosurf-mc" sphere.nrrd --isovalue 0.25,0.5,0.75 -o three.ply --stats three.json || fail "status $? for three isovalues"
 "$bin/vol-phantom" noise --dims 20x17x23 --type u8 -o noise.nrrd || exit 2
 "$bin/isosurf-mc" noise.nrrd --isovalue 128 --close -o closed.ply --stats closed.json || fail "status $? for --close"
+"$bin/isosurf-mc" noise.nrrd --isovalue 128 --close --no-weld -o closed.ply --stats manifold.json || fail "status $? for --no-weld"
 
 python=/usr/bin/python3
 [ -x $python ] || python=python3
@@ -102,13 +103,28 @@ expect("the second of three is the one alone", surfaces[1] == surface, surfaces[
 expect("a lower isovalue encloses more", surfaces[0]["volume"] > surfaces[1]["volume"] > surfaces[2]["volume"])
 
 closed = json.load(open("closed.json"))["result"]["surfaces"][0]
-expect("a closed surface has no boundary", closed["boundary_edges"] == 0 and closed["volume"] > 0, closed)
+expect("a closed surface has no boundary", closed["boundary_edges"] == 0, closed)
+before = closed["before_welding"]
+expect("before welding the mesh is a closed manifold", before["non_manifold_edges"] == before["boundary_edges"] == 0, before)
+expect("welding touches sheets of these integers", closed["non_manifold_edges"] > 0 and closed["volume"] is None, closed)
+alone = json.load(open("manifold.json"))["result"]["surfaces"][0]
+expect("--no-weld is the manifold", alone["non_manifold_edges"] == 0 and "before_welding" not in alone and alone["volume"] > 0, alone)
 for line in broken[:10]:
     print(line)
 sys.exit(bool(broken))
 PYTHON
 
-for wrong in "--isovalue nan -o a.ply" "--isovalue 1 -o a.xyz" "-o a.ply" "--isovalue 1 --type f64 -o a.stl"; do
+# Coordinates that floats are too coarse for are refused, and are right as doubles.
+"$bin/vol-phantom" sphere --dims 16 --spacing 0.01 --origin 500000,5000000,100 -o utm.nrrd || exit 2
+"$bin/isosurf-mc" utm.nrrd --isovalue 0.5 -o utm.ply 2>err
+[ $? -eq 2 ] && grep -q -e "--type f64" err && [ "$(wc -l <err)" -eq 1 ] || fail "f32 at 5e6 with spacing 0.01: $(cat err)"
+[ ! -e utm.ply ] || fail "a mesh was written after all"
+"$bin/isosurf-mc" utm.nrrd --isovalue 0.5 --type f64 -o utm.ply --quiet --stats utm.json || fail "status $? for f64"
+grep -q '"euler_characteristic": *2' utm.json && grep -q '"non_manifold_edges": *0' utm.json || fail "the ball at 5e6 is broken"
+
+[ -z "$("$bin/isosurf-mc" sphere.nrrd --isovalue 0.5 -o ball.stl 2>&1 >/dev/null | grep normals)" ] || fail "nobody asked STL for normals"
+
+for wrong in "--isovalue nan -o a.ply" "--isovalue 1,,2 -o a.ply" "--isovalue ,0.5 -o a.ply" "--isovalue 0.5, -o a.ply" "--isovalue 1 -o a.xyz" "-o a.ply" "--isovalue 1 --type f64 -o a.stl"; do
   # shellcheck disable=SC2086
   "$bin/isosurf-mc" sphere.nrrd $wrong 2>err
   [ $? -eq 2 ] || fail "$wrong must end with 2"

@@ -29,7 +29,7 @@ done
 # The box covers (1 / 1.6)^2 of the picture: 40 x 40 pixels.
 grep -q '"hits": *1600' stats.json || fail "a closed volume all inside is its box: $(grep hits stats.json)"
 
-for wrong in "--isovalue nan -o a.exr" "-o a.exr" "--isovalue 1 -o a.ply" "--isovalue 1 --reconstruction nearest -o a.exr"; do
+for wrong in "--isovalue nan -o a.exr" "-o a.exr" "--isovalue 1 -o a.ply" "--isovalue 0.5 --colour 2 -o a.exr" "--isovalue 0.5 --colour 0.1,-1,0 -o a.exr" "--isovalue 1 --reconstruction nearest -o a.exr"; do
   # shellcheck disable=SC2086
   "$bin/isosurf-ray" ball.nrrd $wrong 2>err
   [ $? -eq 2 ] || fail "$wrong must end with 2"
