@@ -35,7 +35,9 @@ struct Isosurface {
 /// border), interpolated along the edge, point from inside to outside. On a closed border the normal is the
 /// border's. An axis of one sample is one spacing thick with the field constant along it.
 ///
-/// The same mesh whatever the number of threads. Takes 1 bit a voxel beside the mesh.
+/// The same mesh whatever the number of threads. Takes beside the mesh, of each row of samples along x, a bit
+/// a sample in words of 8 bytes and 33 bytes more, and 4 bytes an ambiguous cell. So a volume whose x axis is
+/// the short one takes more than its voxels may: 1 x 8192 x 8192 takes 2.2 GB, and is best turned before.
 ///
 /// \throws vol::Error on an isovalue that is not finite, and on 2^32 vertices or more
 [[nodiscard]] Isosurface marching_cubes(const volume::Volume& volume, double isovalue,
