@@ -365,25 +365,6 @@ class Mesher {
   mesh::TriangleMesh* mesh_ = nullptr;
 };
 
-/// The grid with every axis of one sample made two, half a spacing to either side.
-template <class T>
-Grid<T> thickened(const Grid<T>& grid) {
-  Grid<T> result;
-  result.geometry = grid.geometry;
-  for (auto& n : result.geometry.dims) n = std::max<std::int64_t>(n, 2);
-  result.voxels = Buffer<T>(static_cast<std::size_t>(result.geometry.count()));
-  const Dims& d = result.dims();
-  const Dims& from = grid.dims();
-  for (std::int64_t k = 0; k < d[2]; ++k) {
-    for (std::int64_t j = 0; j < d[1]; ++j) {
-      for (std::int64_t i = 0; i < d[0]; ++i) {
-        result(i, j, k) = grid(std::min(i, from[0] - 1), std::min(j, from[1] - 1), std::min(k, from[2] - 1));
-      }
-    }
-  }
-  return result;
-}
-
 }  // namespace
 
 Isosurface marching_cubes(const volume::Volume& volume, double isovalue,
