@@ -46,7 +46,7 @@ void declare(CLI::App& app, Options& o) {
       ->required()
       ->allow_extra_args(false)
       ->take_all()
-      ->type_name("LIST")
+      ->type_name("VALUE,...")
       ->group(surface);
   app.add_flag("--close", o.mesh.close, "Close the surface at the volume's border: all beyond is outside")
       ->group(surface);

@@ -3,13 +3,13 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <string>
 
 #include "base/error.h"
 #include "base/parallel.h"
 #include "base/rng.h"
 #include "counts.h"
+#include "grids.h"
 #include "isosurface/marching_cubes.h"
 #include "mesh/measures.h"
 #include "mesh/weld.h"
@@ -21,21 +21,6 @@ namespace {
 
 using volume::Grid;
 using volume::Volume;
-
-template <class T>
-Volume make_volume(const Dims& dims, const auto& value) {
-  Grid<T> grid;
-  grid.geometry.dims = dims;
-  grid.voxels = Buffer<T>(static_cast<std::size_t>(dims[0] * dims[1] * dims[2]));
-  for (std::int64_t k = 0; k < dims[2]; ++k) {
-    for (std::int64_t j = 0; j < dims[1]; ++j) {
-      for (std::int64_t i = 0; i < dims[0]; ++i) grid(i, j, k) = static_cast<T>(value(i, j, k));
-    }
-  }
-  Volume volume;
-  volume.grid = std::move(grid);
-  return volume;
-}
 
 /// Components and Euler characteristic that the border of {f >= isovalue} has, all beyond the volume outside.
 struct Truth {
@@ -113,13 +98,6 @@ Truth truth_of(const Volume& volume, double isovalue) {
     truth.euler = 2 * chi;
     return truth;
   });
-}
-
-std::string describe(const mesh::Topology& t) {
-  return std::to_string(t.components) + " components, chi " + std::to_string(t.euler) + ", boundary " +
-         std::to_string(t.boundary_edges) + ", non-manifold " + std::to_string(t.non_manifold_edges) +
-         " edges " + std::to_string(t.non_manifold_vertices) + " vertices, misoriented " +
-         std::to_string(t.misoriented_edges);
 }
 
 /// A random 5 x 5 x 5 volume of one of several kinds: few values with many ties, bytes, floats, checkered.
@@ -224,31 +202,6 @@ TEST(MarchingCubes, ThreadsDoNotCount) {
   EXPECT_EQ(one.triangles, two.triangles);
 }
 
-Vec3 vec(std::int64_t x, std::int64_t y, std::int64_t z) {
-  return {static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
-}
-
-/// Geometry in general position; `sign` of the determinant.
-volume::GridGeometry oblique(const Dims& dims, const Vec3& spacing, double sign) {
-  volume::GridGeometry g;
-  g.dims = dims;
-  g.spacing = spacing;
-  g.direction =
-      (Eigen::AngleAxisd(0.4, Vec3::UnitX()) * Eigen::AngleAxisd(-0.9, Vec3::UnitZ())).toRotationMatrix();
-  g.direction.col(1) *= sign;
-  g.origin =
-      Vec3(30, -4, 7) - g.direction * g.spacing.cwiseProduct(vec(dims[0] - 1, dims[1] - 1, dims[2] - 1)) / 2;
-  return g;
-}
-
-Volume sampled(const volume::GridGeometry& g, const auto& field) {
-  Volume volume = make_volume<double>(g.dims, [&](std::int64_t i, std::int64_t j, std::int64_t k) {
-    return field(g.index_to_world(vec(i, j, k)));
-  });
-  volume.geometry() = g;
-  return volume;
-}
-
 // World coordinates, orientation and normals, for right- and left-handed axes. Normals by central differences
 // are of order 2: at 25 samples across a sphere of radius 9 within a few degrees.
 TEST(MarchingCubes, SphereInAnObliqueGridPointsOutward) {
@@ -287,70 +240,6 @@ TEST(MarchingCubes, VerticesAreOnTheFieldsIsosurface) {
       EXPECT_NEAR(field.value(Eigen::Map<const Vec3>(p.data())), 0.1, 1e-12);
     }
   });
-}
-
-/// Observed orders of area and volume as the grid is refined from n to 2 n samples an edge.
-struct Orders {
-  double area, volume;
-};
-Orders observed_orders(const auto& field, double area, double volume, int euler, int components) {
-  double error_area[2];
-  double error_volume[2];
-  for (const int level : {0, 1}) {
-    const std::int64_t n = 48 << level;
-    // The box stays; spacing unlike on each axis, nothing symmetric.
-    const auto g = oblique({n + 1, n + n / 8 + 1, n - n / 8 + 1},
-                           Vec3(24.0, 25.0, 26.0).cwiseQuotient(vec(n, n + n / 8, n - n / 8)), 1);
-    const auto mesh = marching_cubes(sampled(g, field), 0, {.normals = false}).mesh;
-    const auto t = mesh::topology(mesh);
-    EXPECT_TRUE(t.is_manifold() && t.boundary_edges == 0) << describe(t);
-    EXPECT_EQ(t.euler, euler);
-    EXPECT_EQ(t.components, components);
-    const auto e = mesh::extent(mesh);
-    error_area[level] = std::abs(e.area / area - 1);
-    error_volume[level] = std::abs(e.volume / volume - 1);
-  }
-  return {std::log2(error_area[0] / error_area[1]), std::log2(error_volume[0] / error_volume[1])};
-}
-
-constexpr double kPi = std::numbers::pi;
-const Vec3 kCentre(30.13, -4.21, 7.07);
-
-// Chords of a curved surface are off by order 2 in the spacing, and so are area and volume: 2 within 0.1,
-// what the position of the surface in the grid adds at 48 samples.
-TEST(MarchingCubes, SphereConvergesAtOrderTwo) {
-  const double r = 9.3;
-  const auto o = observed_orders([&](const Vec3& p) { return r - (p - kCentre).norm(); }, 4 * kPi * r * r,
-                                 4 * kPi * r * r * r / 3, 2, 1);
-  EXPECT_NEAR(o.area, 2, 0.1);
-  EXPECT_NEAR(o.volume, 2, 0.1);
-}
-
-TEST(MarchingCubes, TorusConvergesAtOrderTwo) {
-  const double ring = 6.9;
-  const double tube = 2.9;
-  const auto o = observed_orders(
-      [&](const Vec3& p) {
-        const Vec3 q = p - kCentre;
-        return tube - std::hypot(std::hypot(q[0], q[1]) - ring, q[2]);
-      },
-      4 * kPi * kPi * ring * tube, 2 * kPi * kPi * ring * tube * tube, 0, 1);
-  EXPECT_NEAR(o.area, 2, 0.1);
-  EXPECT_NEAR(o.volume, 2, 0.1);
-}
-
-TEST(MarchingCubes, ShellConvergesAtOrderTwo) {
-  const double outer = 9.1;
-  const double inner = 6.2;
-  const auto o = observed_orders(
-      [&](const Vec3& p) {
-        const double r = (p - kCentre).norm();
-        return std::min(outer - r, r - inner);
-      },
-      4 * kPi * (outer * outer + inner * inner), 4 * kPi * (std::pow(outer, 3) - std::pow(inner, 3)) / 3, 4,
-      2);
-  EXPECT_NEAR(o.area, 2, 0.1);
-  EXPECT_NEAR(o.volume, 2, 0.1);
 }
 
 // All inside and closed: the volume's box itself, whose area and volume are known to rounding.
