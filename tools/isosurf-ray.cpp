@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "base/error.h"
+#include "cli/camera_options.h"
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/volume_input.h"
@@ -21,8 +22,8 @@ struct Options {
   cli::VolumeInput input;
   std::filesystem::path output, scene;
   double isovalue = 0;
-  std::string format, view, size = "512x512", reconstruction, colour = "0.8";
-  std::optional<double> width, fov;
+  std::string format, reconstruction, colour = "0.8";
+  cli::CameraOptions camera;
   bool close = false;
 };
 
@@ -53,36 +54,13 @@ void declare(CLI::App& app, Options& o) {
       ->group(surface);
 
   const char* picture = "Picture (overrules the scene)";
-  app.add_option("--size", o.size, "WIDTHxHEIGHT in pixels")->capture_default_str()->group(picture);
-  app.add_option("--view", o.view, "AZIMUTH,ELEVATION in degrees [0,0: along -z]")->group(picture);
-  auto* width =
-      app.add_option("--width", o.width, "World width of the picture, orthographic [1.6 longest edge]")
-          ->check(cli::check_positive)
-          ->group(picture);
-  app.add_option("--fov", o.fov, "Vertical field of view in degrees: a perspective view")
-      ->check(CLI::Range(1e-3, 179.0))
-      ->excludes(width)
-      ->group(picture);
+  cli::add_camera(app, o.camera, picture);
 }
 
 /// The scene file with the command line over it.
 io::SceneFile resolve(const Options& o) {
   io::SceneFile file = o.scene.empty() ? io::SceneFile{} : io::read_scene(o.scene);
-  camera::View& view = file.scene.view;
-  if (!o.view.empty()) {
-    const auto angles = cli::parse_view("--view", o.view);
-    view.azimuth = angles[0];
-    view.elevation = angles[1];
-  }
-  if (o.width) {
-    view.width = o.width;
-    view.projection = camera::Projection::orthographic;
-  }
-  if (o.fov) {
-    view.fov = *o.fov;
-    view.width.reset();
-    view.projection = camera::Projection::perspective;
-  }
+  cli::apply(o.camera, file.scene.view);
   if (!o.reconstruction.empty()) file.reconstruction = render::reconstruction_from_name(o.reconstruction);
   if (!file.scene.shading) file.scene.shading = render::Shading{};
   return file;
@@ -91,7 +69,7 @@ io::SceneFile resolve(const Options& o) {
 int work(Options& o, cli::Record& record) {
   io::require_image_format(o.output, o.format);
   const io::SceneFile file = resolve(o);
-  const auto size = cli::parse_image_size("--size", o.size);
+  const auto size = cli::parse_image_size("--size", o.camera.size);
   const Vec3 colour = cli::parse_vec3("--colour", o.colour);
   if (colour.minCoeff() < 0 || colour.maxCoeff() > 1) {
     throw Error("--colour " + o.colour + ": expected numbers from 0 to 1");

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/heap.h"
+#include "cli/camera_options.h"
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/volume_input.h"
@@ -32,8 +33,9 @@ struct Options {
   std::filesystem::path output, scene, index, index_output, samples_output;
   double epsilon = 0.016;
   std::optional<int> index_reduction;
-  std::string format, view, size = "512x512", model, quadrature, step, reconstruction, algorithm = "packet";
-  std::optional<double> width, fov, exposure;
+  std::string format, model, quadrature, step, reconstruction, algorithm = "packet";
+  cli::CameraOptions camera;
+  std::optional<double> exposure;
   render::RenderOptions render;
   bool no_skip = false;
 };
@@ -60,16 +62,7 @@ void declare(CLI::App& app, Options& o) {
       ->group("Files");
 
   const char* picture = "Picture (overrules the scene)";
-  app.add_option("--size", o.size, "WIDTHxHEIGHT in pixels")->capture_default_str()->group(picture);
-  app.add_option("--view", o.view, "AZIMUTH,ELEVATION in degrees [0,0: along -z]")->group(picture);
-  auto* width =
-      app.add_option("--width", o.width, "World width of the picture, orthographic [1.6 longest edge]")
-          ->check(cli::check_positive)
-          ->group(picture);
-  app.add_option("--fov", o.fov, "Vertical field of view in degrees: a perspective view")
-      ->check(CLI::Range(1e-3, 179.0))
-      ->excludes(width)
-      ->group(picture);
+  cli::add_camera(app, o.camera, picture);
   app.add_option("--model", o.model,
                  "composite (emission-absorption), xray (integral), mip (maximum) [composite]")
       ->check(CLI::IsMember({"composite", "xray", "mip"}))
@@ -156,23 +149,9 @@ transfer::TransferFunction grey_ramp(const volume::Range& range) {
 /// The scene file with the command line over it; fills o.render but for the step.
 io::SceneFile resolve(Options& o) {
   io::SceneFile file = o.scene.empty() ? io::SceneFile{} : io::read_scene(o.scene);
-  camera::View& view = file.scene.view;
-  if (!o.view.empty()) {
-    const auto angles = cli::parse_view("--view", o.view);
-    view.azimuth = angles[0];
-    view.elevation = angles[1];
-  }
-  if (o.width) {
-    view.width = o.width;
-    view.projection = camera::Projection::orthographic;
-  }
-  if (o.fov) {
-    view.fov = *o.fov;
-    view.width.reset();
-    view.projection = camera::Projection::perspective;
-  }
+  cli::apply(o.camera, file.scene.view);
   if (!o.model.empty()) file.scene.model = render::model_from_name(o.model);
-  const auto size = cli::parse_image_size("--size", o.size);
+  const auto size = cli::parse_image_size("--size", o.camera.size);
   o.render.width = size[0];
   o.render.height = size[1];
   if (file.quadrature) o.render.quadrature = *file.quadrature;

@@ -6,8 +6,6 @@
 namespace vol::render {
 namespace {
 
-constexpr double kOne = 2147483648.0;     // 2^31
-constexpr double kFar = kOne * kOne / 2;  // a step that no ray takes
 constexpr std::int64_t kLongestAxis = std::int64_t{1} << 21;
 
 void split(std::int64_t fixed, std::int32_t& whole, std::int32_t& part) {

@@ -13,6 +13,10 @@ namespace vol::render {
 /// Most segments on a ray that a packet can hold: counts of nodes fit 15 bits.
 inline constexpr int kMostSegments = 32767;
 
+/// Positions are counted in 1 / kOne voxel, steps go up to kFar, which no ray takes.
+inline constexpr double kOne = 2147483648.0;  // 2^31
+inline constexpr double kFar = kOne * kOne / 2;
+
 /// Where the rays of a packet meet the box, by lane, for the depth channel.
 struct PacketChords {
   alignas(64) double entry[kMaxLanes];
@@ -41,7 +45,7 @@ class PacketRayMaker {
   PacketRayMaker(const volume::GridGeometry& geometry, const RayBox& box, const camera::Camera& camera,
                  double step, const index::IndexVolume* index);
 
-  /// Rays through the centres of at most packet_lanes() pixels, lane by lane; the other lanes, and those that
+  /// Rays through the centres of 1 to packet_lanes() pixels, lane by lane; the other lanes, and those that
   /// miss the box, have no segments.
   void make(std::span<const PixelPosition> pixels, PacketRays& rays, PacketChords& chords) const;
   /// The same one after the other: what make() is checked against, and used for axes too long for it.

@@ -22,9 +22,6 @@ using MD = hn::Mask<DD>;
 using Whole = hn::Rebind<std::int32_t, DD>;
 using Single = hn::Rebind<float, DD>;
 
-constexpr double kOne = 2147483648.0;     // 2^31
-constexpr double kFar = kOne * kOne / 2;  // a step that no ray takes
-
 HWY_INLINE D number(double v) {
   return hn::Set(DD(), v);
 }

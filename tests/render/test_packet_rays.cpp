@@ -150,7 +150,8 @@ TEST(PacketRays, AxesOfAnyLength) {
     maker.make_plain(row, plain, chords);
     for (int lane = 0; lane < packet_lanes(); ++lane) {
       EXPECT_EQ(fast.segments[lane], plain.segments[lane]);
-      // Coordinates of 2e6 voxels are known to 5e-10 of one: 1 unit of 2^-31.
+      // Coordinates of 2e6 voxels are doubles 5e-10 apart, 1 unit of 2^-31, and a sum of three takes four
+      // roundings.
       EXPECT_NEAR(fixed_point(fast.exit_whole, fast.exit_part, 0, lane),
                   fixed_point(plain.exit_whole, plain.exit_part, 0, lane), 4);
     }

@@ -1,18 +1,8 @@
 #!/usr/bin/env bash
 # vol-fft and fvr-slice from outside: pictures held against vol-raycast --model xray, the models, what is refused.
 #   fvr-slice.sh BIN [fvr-slice-gpu]       with a second name: that tool's pictures held against fvr-slice's as well
-set -u
-bin=$(realpath "$1")
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-cd "$folder" || exit 2
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh" "$1"
 PATH="$bin:$PATH"
-failed=0
-
-fail() {
-  echo "$*"
-  failed=1
-}
 refused() { # COMMAND...: status 2 and one line
   "$@" >/dev/null 2>err
   local status=$?

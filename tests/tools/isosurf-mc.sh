@@ -1,17 +1,7 @@
 #!/usr/bin/env bash
 # isosurf-mc from outside: the three formats hold the same mesh, several isovalues, world coordinates, the record.
 #   isosurf-mc.sh BIN
-set -u
-bin=$(realpath "$1")
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-cd "$folder" || exit 2
-failed=0
-
-fail() {
-  echo "$*"
-  failed=1
-}
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh" "$1"
 
 "$bin/vol-phantom" sphere --dims 33x37x41 --spacing 0.5,1,0.75 --origin 10,-20,30 -o sphere.nrrd || exit 2
 for name in ball.ply ball.obj ball.stl; do

@@ -1,17 +1,7 @@
 #!/usr/bin/env bash
 # isosurf-ray from outside: depth, normals and positions of a ball; what cannot be asked for.
 #   isosurf-ray.sh BIN
-set -u
-bin=$(realpath "$1")
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-cd "$folder" || exit 2
-failed=0
-
-fail() {
-  echo "$*"
-  failed=1
-}
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh" "$1"
 
 # A ball of radius 0.6 half edges, 32 samples long: at f = 1/2 it covers pi 19.2^2 / 102.4^2 = 0.1104 of a picture
 # 1.6 edges wide, 452 of 64 x 64 pixels, give or take its rim of 76 pixels.

@@ -1,17 +1,7 @@
 #!/usr/bin/env bash
 # vol-raycast --max-error from outside: a bound kept, one that cannot be, and what does not go with it.
 #   max-error.sh BIN
-set -u
-bin=$(realpath "$1")
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-cd "$folder" || exit 2
-failed=0
-
-fail() {
-  echo "$*"
-  failed=1
-}
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh" "$1"
 
 "$bin/vol-phantom" marschner-lobb --dims 20x17x23 --type u8 -o ml.nrrd || exit 2
 "$bin/vol-raycast" ml.nrrd -o truth.exr --size 40x30 --quadrature reference --tolerance 1e-8 || exit 2

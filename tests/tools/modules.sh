@@ -2,17 +2,7 @@
 # Libraries that are loaded on first use, from outside: where the module is missing, is no module or another version's, a
 # tool says so in one line, and does without it where it can.
 #   modules.sh BIN
-set -u
-bin=$(realpath "$1")
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-cd "$folder" || exit 2
-failed=0
-
-fail() {
-  echo "$*"
-  failed=1
-}
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh" "$1"
 
 "$bin/vol-phantom" marschner-lobb --dims 8x8x8 --type u8 -o ml.nrrd || exit 2
 "$bin/vol-convert" ml.nrrd -o ml.vdb || exit 2
