@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "base/checked.h"
+#include "io/header_text.h"
 #include "io/volume.h"
 
 namespace vol::io {
@@ -31,7 +32,7 @@ template <class T>
 T parsed(const volume::Volume& volume, const char* key) {
   std::istringstream text(required(volume, key));
   T value{};
-  if (!(text >> value)) throw Error(std::string("index volume whose key ") + key + " is '" + text.str() + "', no number");
+  if (!(text >> value)) throw Error(std::string("index volume whose key ") + key + " is " + in_quotes(text.str()) + ", no number");
   return value;
 }
 
@@ -52,7 +53,7 @@ index::IndexVolume unpack(const volume::Volume& volume) {
                         (dims[2] + reduction - 1) / reduction};
   if (stored != Dims{(entries[0] + 1) / 2, entries[1], entries[2]}) {
     throw Error("index volume of " + std::to_string(stored[0]) + " x " + std::to_string(stored[1]) + " x " +
-                std::to_string(stored[2]) + " bytes does not fit its key " + kDims + " " + required(volume, kDims));
+                std::to_string(stored[2]) + " bytes does not fit its key " + kDims + " " + in_quotes(required(volume, kDims)));
   }
   index::IndexVolume index(dims, reduction, distance);
   std::copy(packed->voxels.begin(), packed->voxels.end(), index.nibbles().begin());

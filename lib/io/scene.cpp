@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/file.h"
+#include "io/header_text.h"
 #include "io/transfer_yaml.h"
 #include "io/yaml_map.h"
 #include "render/names.h"
@@ -48,7 +49,7 @@ std::optional<render::Shading> read_shading(const YAML::Node& node) {
     const auto word = node.Scalar();
     if (word == "true") return render::Shading{};
     if (word == "false" || word == "none") return std::nullopt;
-    YamlMap::fail(node, "shading: true, false or a map is expected, not '" + word + "'");
+    YamlMap::fail(node, "shading: true, false or a map is expected, not " + in_quotes(word));
   }
   const YamlMap map(node, "shading", {"ambient", "diffuse", "specular", "exponent", "light"});
   render::Shading shading;

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/file.h"
+#include "io/header_text.h"
 #include "io/scene.h"
 #include "io/yaml_map.h"
 
@@ -94,7 +95,7 @@ transfer::TransferFunction parse_transfer_function(const YAML::Node& node) {
   const YamlMap map(node, "transfer function", {"space", "range", "colours", "opacity"});
   const auto space = map.get("space", std::string("linear"));
   if (space != "linear" && space != "srgb") {
-    YamlMap::fail(map["space"], "space: linear or srgb is expected, not '" + space + "'");
+    YamlMap::fail(map["space"], "space: linear or srgb is expected, not " + in_quotes(space));
   }
   double lo = 0, hi = 1;
   if (map.has("range")) {

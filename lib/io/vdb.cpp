@@ -9,6 +9,7 @@
 
 #include "base/checked.h"
 #include "base/error.h"
+#include "io/header_text.h"
 #include "io/vdb_bytes.h"
 #include "io/vdb_metadata.h"
 #include "io/vdb_module.h"
@@ -133,7 +134,7 @@ template <class T>
 void densify(const VdbArchive& archive, std::size_t grid, const VdbBox& box, Buffer<T>& to) {
   const VdbBox active = archive.active_box(grid);
   if (!active.empty() && !is_inside(active, box)) {
-    throw Error("grid '" + archive.name(grid) + "' has voxels outside the dims of its metadata");
+    throw Error("grid " + in_quotes(archive.name(grid)) + " has voxels outside the dims of its metadata");
   }
   archive.densify(grid, box, to.data());
 }
@@ -164,7 +165,7 @@ std::size_t chosen(const VdbArchive& archive, const std::string& array) {
     const std::string type = archive.value_type(n);
     const bool is_scalar = type == kValueType<float> || type == kValueType<double>;
     if (is_scalar && (array.empty() || archive.name(n) == array)) return n;
-    names += (names.empty() ? "" : ", ") + archive.name(n) + " (" + type + ")";
+    names += (names.empty() ? "" : ", ") + in_quotes(archive.name(n)) + " (" + type + ")";
   }
   throw Error(
       (array.empty() ? std::string("no float or double grid") : "no float or double grid '" + array + "'") +
@@ -174,7 +175,7 @@ std::size_t chosen(const VdbArchive& archive, const std::string& array) {
 /// Where the voxels of a foreign grid lie: its box of active voxels under its linear transform.
 GridGeometry foreign_geometry(const VdbArchive& archive, std::size_t grid, const VdbBox& box) {
   const auto m = archive.index_to_world(grid);
-  if (!m) throw Error("grid '" + archive.name(grid) + "' has a transform that is not linear");
+  if (!m) throw Error("grid " + in_quotes(archive.name(grid)) + " has a transform that is not linear");
   GridGeometry g;
   Mat3 axes;
   for (int axis = 0; axis < 3; ++axis) {
@@ -200,11 +201,11 @@ Volume volume_from(const Archive& read, const VdbOptions& options) {
   const bool is_float = archive.value_type(grid) == kValueType<float>;
   const bool own = content != read.metadata.end() && content->second == "volume";
   VdbBox box = archive.active_box(grid);
-  if (!own && box.empty()) throw Error("grid '" + archive.name(grid) + "' has no active voxels");
+  if (!own && box.empty()) throw Error("grid " + in_quotes(archive.name(grid)) + " has no active voxels");
   const GridGeometry geometry = own ? geometry_from(read.metadata) : foreign_geometry(archive, grid, box);
   if (own) box = box_of({0, 0, 0}, geometry.dims);
   require_memory(checked_product(checked_count(geometry.dims), is_float ? 4 : 8), options.memory_limit,
-                 "the dense box of grid '" + archive.name(grid) + "'");
+                 "the dense box of grid " + in_quotes(archive.name(grid)));
   Volume volume = is_float ? dense_volume<float>(archive, grid, geometry, box)
                            : dense_volume<double>(archive, grid, geometry, box);
   if (own) volume = as_type(std::move(volume), voxel_type_from(read.metadata));

@@ -171,7 +171,7 @@ volume::VoxelType voxel_type(const Document& document, const XmlTag& array) {
       {"Int32", i32}, {"UInt32", u32}, {"Float32", f32}, {"Float64", f64}};
   const auto found = kTypes.find(array["type"]);
   if (found == kTypes.end()) {
-    document.field("type of array '" + array["Name"].substr(0, 40) + "'")
+    document.field("type of array " + in_quotes(array["Name"]))
         .refuse(array["type"], "Int8 ... UInt32, Float32 or Float64");
   }
   return found->second;

@@ -228,6 +228,8 @@ std::vector<Hostile> hostile_files() {
        "array holds 5 bytes, its extent and type take 6"},
       {"vti_int64", vti("<DataArray type=\"Int64\" Name=\"a\" format=\"ascii\">1 2 3 4 5 6</DataArray>"),
        "is 'Int64'"},
+      {"vti_array_of_two_lines", vti("<DataArray type=\"Int\n64\" Name=\"a\nb\" format=\"ascii\">1</DataArray>"),
+       "type of array 'a?b' is 'Int?64'"},
       {"vti_appended_nowhere", vti(kU8 + "format=\"appended\" offset=\"0\"/>"), "has no AppendedData"},
       {"vti_offset", vti(kU8 + "format=\"appended\" offset=\"-4\"/>", "0 2 0 1 0 0", "", "", appended("")),
        "expected 0 or more"},
