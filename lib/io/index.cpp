@@ -1,7 +1,6 @@
 #include "io/index.h"
 
 #include <algorithm>
-#include <charconv>
 #include <sstream>
 
 #include "base/checked.h"
@@ -15,12 +14,6 @@ constexpr const char* kKind = "precis.kind";
 constexpr const char* kDims = "precis.index.dims";
 constexpr const char* kReduction = "precis.index.reduction";
 constexpr const char* kDistance = "precis.index.standard_distance";
-
-std::string shortest(double value) {
-  std::array<char, 32> text;
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
 
 const std::string& required(const volume::Volume& volume, const char* key) {
   const auto found = volume.attributes.find(key);
