@@ -8,6 +8,8 @@ import os
 import pathlib
 import statistics
 
+import yaml
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 
@@ -40,6 +42,14 @@ class Run:
 def shortened(config):
     """The short form: the same file with the values under `short:` in place of the long ones."""
     return {**{key: value for key, value in config.items() if key != "short"}, **config.get("short", {})}
+
+
+def with_datasets(config):
+    """The same with its data sets spelled out: `datasets: NAME` are those of pipelines/NAME.yaml."""
+    if not isinstance(config["datasets"], str):
+        return config
+    other = yaml.safe_load((ROOT / "pipelines" / f"{config['datasets']}.yaml").read_text())
+    return {**config, "datasets": other["datasets"]}
 
 
 def locate(entry):
