@@ -282,7 +282,13 @@ OutputFile::OutputFile(const std::filesystem::path& path) : path_(path) {
   place_ = place.path;
   temporary_ = temporary_beside(place_, this);
   remember(temporary_.string());
-  descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  // Exclusively, so that nothing is written through a link that lies in wait; a process of this number that was
+  // killed may have left the name behind.
+  const auto create = [&] {
+    return ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  };
+  descriptor_ = create();
+  if (descriptor_ < 0 && errno == EEXIST && ::unlink(temporary_.c_str()) == 0) descriptor_ = create();
   if (descriptor_ < 0) {
     const int reason = errno;
     forget(temporary_.string());

@@ -3,6 +3,7 @@
 
 #include <fstream>
 #include <iterator>
+#include <optional>
 
 #include "base/error.h"
 #include "io/file.h"
@@ -82,6 +83,21 @@ TEST_F(FileTest, TheLongestNamesTheFileSystemTakesAreWritten) {
 
 TEST_F(FileTest, ATemporaryNameKeepsTheExtensionThatLibrariesChooseBy) {
   EXPECT_EQ(OutputFile(folder / (std::string(251, 'n') + ".vdb")).temporary_path().extension(), ".vdb");
+}
+
+TEST_F(FileTest, NothingIsWrittenThroughALinkThatLiesInWait) {
+  const auto victim = folder / "victim", path = folder / "a.bin";
+  std::ofstream(victim) << "untouched";
+  std::optional<OutputFile> out(path);  // in the same place twice, so that the temporary name is the same
+  const auto temporary = out->temporary_path();
+  out.reset();
+  fs::create_symlink(victim, temporary);
+  out.emplace(path);
+  ASSERT_EQ(out->temporary_path(), temporary);
+  out->write(std::string_view("mine"));
+  out->commit();
+  EXPECT_EQ(content(path), "mine");
+  EXPECT_EQ(content(victim), "untouched");
 }
 
 TEST_F(FileTest, AWriteProtectedFileIsNotReplaced) {
