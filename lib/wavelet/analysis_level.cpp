@@ -91,7 +91,8 @@ class Task {
     }
     const auto gather = [&](std::int64_t p) {
       const std::int64_t s = x_.source[static_cast<std::size_t>(p)];
-      (p % 2 == 0 ? even : odd)[p / 2] = s < 0 ? T{0} : row[s];
+      T* parity = p % 2 == 0 ? even : odd;  // in one expression g++ 12 loses the index under -fsanitize=undefined
+      parity[p / 2] = s < 0 ? T{0} : row[s];
     };
     for (std::int64_t p = 0; p < begin; ++p) gather(p);
     for (std::int64_t p = begin + n; p < positions; ++p) gather(p);
