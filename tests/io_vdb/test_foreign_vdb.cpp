@@ -93,7 +93,7 @@ TEST_F(ForeignVdb, TheScalarGridIsChosenOrNamed) {
     (void)read({.array = "pressure", .memory_limit = 0});
     FAIL();
   } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("velocity (vec3s), density (double), sphere (float)"),
+    EXPECT_NE(std::string(e.what()).find("'velocity' (vec3s), 'density' (double), 'sphere' (float)"),
               std::string::npos)
         << e.what();
   }
