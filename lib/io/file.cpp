@@ -178,7 +178,7 @@ std::string_view InputFile::peek(std::size_t n) {
 std::size_t InputFile::read(void* to, std::size_t n) {
   auto* out = static_cast<char*>(to);
   std::size_t done = std::min(n, end_ - begin_);
-  if (done > 0) std::memcpy(out, buffer_.data() + begin_, done);  // from an empty buffer there is nothing, not even an address
+  if (done > 0) std::memcpy(out, buffer_.data() + begin_, done);  // an empty buffer has no address either
   begin_ += done;
   while (done < n) {  // what is larger than the buffer goes straight to its place
     const ssize_t got = ::read(descriptor_, out + done, n - done);

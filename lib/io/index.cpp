@@ -25,28 +25,35 @@ template <class T>
 T parsed(const volume::Volume& volume, const char* key) {
   std::istringstream text(required(volume, key));
   T value{};
-  if (!(text >> value)) throw Error(std::string("index volume whose key ") + key + " is " + in_quotes(text.str()) + ", no number");
+  if (!(text >> value))
+    throw Error(std::string("index volume whose key ") + key + " is " + in_quotes(text.str()) +
+                ", no number");
   return value;
 }
 
 index::IndexVolume unpack(const volume::Volume& volume) {
   if (!is_index(volume)) throw Error("is a volume, not an index volume; make one with vol-index");
   const auto* packed = std::get_if<volume::Grid<std::uint8_t>>(&volume.grid);
-  if (packed == nullptr) throw Error("index volume of voxel type " + std::string(name(volume.voxel_type())) + ", not u8");
+  if (packed == nullptr)
+    throw Error("index volume of voxel type " + std::string(name(volume.voxel_type())) + ", not u8");
   Dims dims{};
   std::istringstream text(required(volume, kDims));
-  if (!(text >> dims[0] >> dims[1] >> dims[2])) throw Error(std::string("index volume whose key ") + kDims + " holds no three numbers");
+  if (!(text >> dims[0] >> dims[1] >> dims[2]))
+    throw Error(std::string("index volume whose key ") + kDims + " holds no three numbers");
   (void)checked_count(dims);
   const int reduction = parsed<int>(volume, kReduction);
   const double distance = parsed<double>(volume, kDistance);
-  if (reduction < 1 || !(distance > 0)) throw Error("index volume with a reduction or distance that is not positive");
-  // Sizes first: the index takes half a byte for each entry, and a hostile key must not ask for more than the file has.
+  if (reduction < 1 || !(distance > 0))
+    throw Error("index volume with a reduction or distance that is not positive");
+  // Sizes first: the index takes half a byte for each entry, and a hostile key must not ask for more than the
+  // file has.
   const Dims stored = packed->dims();
   const Dims entries = {(dims[0] + reduction - 1) / reduction, (dims[1] + reduction - 1) / reduction,
                         (dims[2] + reduction - 1) / reduction};
   if (stored != Dims{(entries[0] + 1) / 2, entries[1], entries[2]}) {
     throw Error("index volume of " + std::to_string(stored[0]) + " x " + std::to_string(stored[1]) + " x " +
-                std::to_string(stored[2]) + " bytes does not fit its key " + kDims + " " + in_quotes(required(volume, kDims)));
+                std::to_string(stored[2]) + " bytes does not fit its key " + kDims + " " +
+                in_quotes(required(volume, kDims)));
   }
   index::IndexVolume index(dims, reduction, distance);
   std::copy(packed->voxels.begin(), packed->voxels.end(), index.nibbles().begin());
@@ -66,7 +73,8 @@ void write_index(const std::filesystem::path& path, const index::IndexVolume& in
   volume.attributes = attributes;
   volume.attributes[kKind] = "index";
   const Dims& dims = index.volume_dims();
-  volume.attributes[kDims] = std::to_string(dims[0]) + " " + std::to_string(dims[1]) + " " + std::to_string(dims[2]);
+  volume.attributes[kDims] =
+      std::to_string(dims[0]) + " " + std::to_string(dims[1]) + " " + std::to_string(dims[2]);
   volume.attributes[kReduction] = std::to_string(index.reduction());
   volume.attributes[kDistance] = shortest(index.standard_distance());
   (void)write_volume(path, volume, {.format = is_standard_stream(path) ? "nrrd" : ""});
@@ -95,7 +103,8 @@ volume::Volume unpack_index(const volume::Volume& packed) {
   auto& grid = std::get<volume::Grid<std::uint8_t>>(result.grid);
   for (std::int64_t k = 0; k < geometry.dims[2]; ++k) {
     for (std::int64_t j = 0; j < geometry.dims[1]; ++j) {
-      for (std::int64_t i = 0; i < geometry.dims[0]; ++i) grid(i, j, k) = static_cast<std::uint8_t>(index.entry(i, j, k));
+      for (std::int64_t i = 0; i < geometry.dims[0]; ++i)
+        grid(i, j, k) = static_cast<std::uint8_t>(index.entry(i, j, k));
     }
   }
   result.attributes = packed.attributes;

@@ -91,7 +91,8 @@ class Task {
     }
     const auto gather = [&](std::int64_t p) {
       const std::int64_t s = x_.source[static_cast<std::size_t>(p)];
-      T* parity = p % 2 == 0 ? even : odd;  // in one expression g++ 12 loses the index under -fsanitize=undefined
+      // In one expression g++ 12 loses the index under -fsanitize=undefined.
+      T* parity = p % 2 == 0 ? even : odd;
       parity[p / 2] = s < 0 ? T{0} : row[s];
     };
     for (std::int64_t p = 0; p < begin; ++p) gather(p);
