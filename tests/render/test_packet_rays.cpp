@@ -93,7 +93,7 @@ TEST(PacketRays, AreTheOraclesOneByOne) {
       }
     });
   }
-  EXPECT_GT(hits, 1000);
+  EXPECT_GT(hits, 200);  // of 2000 rays where packets have one lane, a fifth meets the box
 }
 
 /// Every lattice node of every ray lies between the first and the last sample, exactly.
