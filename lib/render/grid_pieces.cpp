@@ -31,6 +31,24 @@ void restricted(const double* c, double u0, double u1, double* b) {
   b[3] = polar(u1, u1, u1);
 }
 
+/// Whether all eight samples of a cell are at least `value`, or none; of an axis of one sample there are two
+/// the same.
+template <class T>
+std::optional<bool> side_of_cell(const void* samples, const Dims& dims,
+                                 const std::array<std::int64_t, 3>& cell, double value) {
+  const std::int64_t x = dims[0] > 1;
+  const std::int64_t y = dims[1] > 1 ? dims[0] : 0;
+  const std::int64_t z = dims[2] > 1 ? dims[0] * dims[1] : 0;
+  const T* first = static_cast<const T*>(samples) + cell[0] + dims[0] * (cell[1] + dims[1] * cell[2]);
+  int above = 0;
+  for (const std::int64_t row : {std::int64_t{0}, y, z, y + z}) {
+    above += static_cast<double>(first[row]) >= value;
+    above += static_cast<double>(first[row + x]) >= value;
+  }
+  if (above != 0 && above != 8) return std::nullopt;
+  return above == 8;
+}
+
 constexpr double kBinomial[4][10] = {
     {1}, {1, 3, 3, 1}, {1, 6, 15, 20, 15, 6, 1}, {1, 9, 36, 84, 126, 126, 84, 36, 9, 1}};
 
@@ -63,6 +81,7 @@ GridPieces::GridPieces(const volume::Volume& volume, Reconstruction reconstructi
     } else {
       samples_ = grid.voxels.data();
       load_ = [](const void* p, std::int64_t i) { return static_cast<double>(static_cast<const T*>(p)[i]); };
+      side_ = side_of_cell<T>;
     }
   });
 }
@@ -199,39 +218,20 @@ Vec3 GridPieces::gradient(const camera::Ray& ray, const RayPiece& piece, double 
   return world_to_index_.transpose() * sum;
 }
 
+RayPiece GridPieces::piece(const camera::Ray& ray, const CellSpan& span) const {
+  const Vec3 o = world_to_index_ * (ray.origin - geometry_.origin);
+  const Vec3 d = world_to_index_ * ray.direction;
+  return {span.t0, span.t1,
+          polynomial(span.cell, local(span.cell, o, d, span.t0), local(span.cell, o, d, span.t1)), span.cell};
+}
+
 void GridPieces::operator()(const camera::Ray& ray, const Chord& chord, const PieceSink& sink) const {
   const Vec3 o = world_to_index_ * (ray.origin - geometry_.origin);
   const Vec3 d = world_to_index_ * ray.direction;
-  // Cells meet in planes at integers; those of nearest, around the samples, at integers and a half.
-  const double shift = reconstruction_ == Reconstruction::nearest ? 0.5 : 0;
-  std::array<std::int64_t, 3> cell, cells;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const std::int64_t n = geometry_.dims[a];
-    cells[a] = n == 1 ? 1 : shift > 0 ? n : n - 1;
-    const auto n_a = static_cast<Eigen::Index>(a);
-    const double x = o[n_a] + chord.entry * d[n_a] + shift;
-    cell[a] = !(x > 0) || n == 1 ? 0 : std::min(static_cast<std::int64_t>(x), cells[a] - 1);
-  }
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const auto next_plane = [&](int a) {  // t at which the ray leaves its cell along an axis
-    const auto n = static_cast<std::size_t>(a);
-    const std::int64_t plane = d[a] > 0 ? cell[n] + 1 : cell[n];
-    const bool last = d[a] == 0 || (d[a] > 0 ? plane >= cells[n] : plane <= 0);
-    return last ? kInfinity : (static_cast<double>(plane) - shift - o[a]) / d[a];
-  };
-  double leave[3] = {next_plane(0), next_plane(1), next_plane(2)};
-  double t = chord.entry;
-  while (t < chord.exit) {
-    const int axis = leave[0] <= leave[1] ? (leave[0] <= leave[2] ? 0 : 2) : (leave[1] <= leave[2] ? 1 : 2);
-    const double end = std::min(leave[axis], chord.exit);
-    if (end > t) {
-      if (!sink({t, end, polynomial(cell, local(cell, o, d, t), local(cell, o, d, end)), cell})) return;
-      t = end;
-    }
-    if (leave[axis] >= chord.exit) return;
-    cell[static_cast<std::size_t>(axis)] += d[axis] > 0 ? 1 : -1;
-    leave[axis] = next_plane(axis);
-  }
+  for_cells(ray, chord, [&](const CellSpan& s) {
+    return sink(
+        {s.t0, s.t1, polynomial(s.cell, local(s.cell, o, d, s.t0), local(s.cell, o, d, s.t1)), s.cell});
+  });
 }
 
 }  // namespace vol::render

@@ -33,19 +33,21 @@ int side_changes(const Bernstein& p) {
   return changes;
 }
 
-std::optional<double> search(const Bernstein& p, double from, double width, bool* undecided) {
+/// Hands the changes of side to f, in order; false once f does not want more.
+template <class F>
+bool search(const Bernstein& p, double from, double width, bool* undecided, const F& f) {
   const int changes = side_changes(p);
-  if (changes == 0) return std::nullopt;
-  if (changes == 1) return from + width * bisect(p);
+  if (changes == 0) return true;
+  if (changes == 1) return f(from + width * bisect(p));
   if (width <= kNarrowest) {
-    if ((p.b[0] >= 0) != (p.b[p.degree] >= 0)) return from + 0.5 * width;
+    if ((p.b[0] >= 0) != (p.b[p.degree] >= 0)) return f(from + 0.5 * width);
     if (undecided != nullptr) *undecided = true;
-    return std::nullopt;
+    return true;
   }
   Bernstein left, right;
   p.halve(left, right);
-  if (const auto u = search(left, from, 0.5 * width, undecided)) return u;
-  return search(right, from + 0.5 * width, 0.5 * width, undecided);
+  return search(left, from, 0.5 * width, undecided, f) &&
+         search(right, from + 0.5 * width, 0.5 * width, undecided, f);
 }
 
 }  // namespace
@@ -53,7 +55,12 @@ std::optional<double> search(const Bernstein& p, double from, double width, bool
 std::optional<double> first_crossing(const Bernstein& p, double value, bool* undecided) {
   Bernstein shifted = p;
   for (int k = 0; k <= p.degree; ++k) shifted.b[k] -= value;
-  return search(shifted, 0, 1, undecided);
+  std::optional<double> first;
+  (void)search(shifted, 0, 1, undecided, [&](double u) {
+    first = u;
+    return false;
+  });
+  return first;
 }
 
 IsosurfaceRays::Counts& IsosurfaceRays::Counts::operator+=(const Counts& other) {
@@ -164,39 +171,60 @@ IsosurfaceRays::Hit IsosurfaceRays::border_hit(const camera::Ray& ray, double t)
   return {t, p, normal};
 }
 
-std::optional<IsosurfaceRays::Hit> IsosurfaceRays::first_hit(const camera::Ray& ray, const Chord& chord,
-                                                             Counts& counts) const {
-  ++counts.rays;
-  std::optional<bool> inside;  // where the last piece ended
+void IsosurfaceRays::for_hits(const camera::Ray& ray, const Chord& chord,
+                              const std::function<bool(const Hit&)>& f, Counts& counts,
+                              bool& undecided) const {
+  std::optional<bool> inside;  // where the last cell ended
   if (close_) {
     inside = begins_inside(ray, chord);
     const auto whole = box_.chord(ray, -std::numeric_limits<double>::infinity());
     if (*inside && whole && chord.entry == whole->entry) {  // else the chord begins at the eye, in the box
-      ++counts.hits;
-      return border_hit(ray, chord.entry);
+      if (!f(border_hit(ray, chord.entry))) return;
     }
   }
-  std::optional<Hit> hit;
-  RayPiece last;
-  bool undecided = false;
-  const auto look = [&](const Chord& stretch) {
-    pieces_(ray, stretch, [&](const RayPiece& piece) {
-      ++counts.cells;
-      const bool starts_inside = piece.p.b[0] >= 0;
-      if (inside && *inside != starts_inside) {
-        // The gradient on the side that is outside, as within a piece.
-        hit = hit_at(ray, starts_inside && last.t1 == piece.t0 ? last : piece, piece.t0);
-      } else if (const auto u = first_crossing(piece.p, 0, &undecided)) {
-        hit = hit_at(ray, piece, piece.t0 + *u * (piece.t1 - piece.t0));
-      }
-      inside = piece.p.b[piece.p.degree] >= 0;
-      last = piece;
-      return !hit;
-    });
-    return !hit;
+  bool more = true;
+  CellSpan last;
+  const auto look = [&](const CellSpan& span) {
+    // Most cells beside the surface are on one side of it, which their samples tell.
+    const std::optional<bool> side = pieces_.at_least_zero(span.cell);
+    if (side && (!inside || *inside == *side)) {
+      inside = side;
+      last = span;
+      return true;
+    }
+    ++counts.cells;
+    const RayPiece piece = pieces_.piece(ray, span);
+    const bool starts_inside = piece.p.b[0] >= 0;
+    if (inside && *inside != starts_inside) {
+      // The gradient on the side that is outside, as within a piece.
+      const bool before = starts_inside && last.t1 == span.t0;
+      more = f(hit_at(ray, before ? pieces_.piece(ray, last) : piece, span.t0));
+    }
+    if (more) {
+      more = search(piece.p, 0, 1, &undecided,
+                    [&](double u) { return f(hit_at(ray, piece, piece.t0 + u * (piece.t1 - piece.t0))); });
+    }
+    inside = piece.p.b[piece.p.degree] >= 0;
+    last = span;
+    return more;
   };
-  for_crossed_stretches(ray, chord, look);
-  if (!hit && close_ && *inside) hit = border_hit(ray, chord.exit);
+  for_crossed_stretches(ray, chord, [&](const Chord& stretch) {
+    pieces_.for_cells(ray, stretch, look);
+    return more;
+  });
+  if (more && close_ && *inside) (void)f(border_hit(ray, chord.exit));
+}
+
+std::optional<IsosurfaceRays::Hit> IsosurfaceRays::first_hit(const camera::Ray& ray, const Chord& chord,
+                                                             Counts& counts) const {
+  ++counts.rays;
+  std::optional<Hit> hit;
+  bool undecided = false;
+  const auto take = [&](const Hit& first) {
+    hit = first;
+    return false;
+  };
+  for_hits(ray, chord, take, counts, undecided);
   counts.undecided += undecided && !hit;
   counts.hits += hit.has_value();
   return hit;

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <optional>
 
 #include "index/macrocells.h"
@@ -35,7 +36,7 @@ class IsosurfaceRays {
   struct Counts {
     std::int64_t rays = 0;  ///< that meet the volume
     std::int64_t hits = 0;
-    std::int64_t cells = 0;      ///< whose polynomial was made
+    std::int64_t cells = 0;      ///< whose polynomial was made: not those with all samples on one side
     std::int64_t undecided = 0;  ///< rays that may touch the surface without passing through it
     Counts& operator+=(const Counts& other);
   };
@@ -51,6 +52,12 @@ class IsosurfaceRays {
   /// other side ends there.
   [[nodiscard]] std::optional<Hit> first_hit(const camera::Ray& ray, const Chord& chord,
                                              Counts& counts) const;
+
+  /// All changes of side on the chord, front to back, each as first_hit() would give it if the chord began
+  /// between it and the one before; f returns false to stop. Sets `undecided` where the ray may touch the
+  /// surface besides. Adds to counts.cells alone.
+  void for_hits(const camera::Ray& ray, const Chord& chord, const std::function<bool(const Hit&)>& f,
+                Counts& counts, bool& undecided) const;
 
   [[nodiscard]] const volume::FieldBounds& bounds() const { return bounds_; }
 
