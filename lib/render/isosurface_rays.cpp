@@ -14,6 +14,7 @@ namespace vol::render {
 namespace {
 
 constexpr double kNarrowest = 0x1p-46;
+constexpr std::int64_t kBlock = 4;  // macrocells along a block's edge
 
 /// The change of side in [0, 1] of a polynomial whose ends are on different sides and which changes once.
 double bisect(const Bernstein& p) {
@@ -91,6 +92,16 @@ IsosurfaceRays::IsosurfaceRays(const volume::Volume& volume, volume::Reconstruct
     const volume::Range range = widened(cells.ranges[n], cells.all);
     crossed_[n] = range.min <= isovalue && range.max >= isovalue;
   }
+  for (std::size_t a = 0; a < 3; ++a) blocks_[a] = (macrocells_[a] + kBlock - 1) / kBlock;
+  block_crossed_.assign(static_cast<std::size_t>(blocks_[0] * blocks_[1] * blocks_[2]), 0);
+  std::size_t n = 0;
+  for (std::int64_t k = 0; k < macrocells_[2]; ++k) {
+    for (std::int64_t j = 0; j < macrocells_[1]; ++j) {
+      std::uint8_t* row =
+          &block_crossed_[static_cast<std::size_t>(blocks_[0] * (j / kBlock + blocks_[1] * (k / kBlock)))];
+      for (std::int64_t i = 0; i < macrocells_[0]; ++i) row[i / kBlock] |= crossed_[n++];
+    }
+  }
 }
 
 template <class F>
@@ -100,11 +111,47 @@ void IsosurfaceRays::for_crossed_stretches(const camera::Ray& ray, const Chord& 
   const Vec3 d = world_to_index_ * ray.direction;
   std::int64_t at[3];
   double leave[3];
-  const auto next_plane = [&](int a) {
-    const std::int64_t plane = d[a] > 0 ? at[a] + 1 : at[a];
+  const auto meets_plane = [&](int a, std::int64_t plane) {
+    return (static_cast<double>(plane * index::Macrocells::kEdge) - o[a]) / d[a];
+  };
+  const auto leaves_by = [&](int a, std::int64_t plane) {
     const bool last =
         d[a] == 0 || (d[a] > 0 ? plane >= macrocells_[static_cast<std::size_t>(a)] : plane <= 0);
-    return last ? kInfinity : (static_cast<double>(plane * index::Macrocells::kEdge) - o[a]) / d[a];
+    return last ? kInfinity : meets_plane(a, plane);
+  };
+  const auto next_plane = [&](int a) { return leaves_by(a, d[a] > 0 ? at[a] + 1 : at[a]); };
+  const auto first_of = [](const double* t) {
+    return t[0] <= t[1] ? (t[0] <= t[2] ? 0 : 2) : (t[1] <= t[2] ? 1 : 2);
+  };
+  // Leaves the block that the ray is in, for the macrocell that steps would lead to; \returns where.
+  const auto leave_block = [&] {
+    double block_leave[3];
+    for (int a = 0; a < 3; ++a) {
+      block_leave[a] = leaves_by(a, d[a] > 0 ? (at[a] / kBlock + 1) * kBlock : at[a] / kBlock * kBlock);
+    }
+    const int axis = first_of(block_leave);
+    const double end = block_leave[axis];
+    if (end >= chord.exit) return end;
+    for (int a = 0; a < 3; ++a) {
+      if (d[a] == 0) continue;
+      const std::int64_t step = d[a] > 0 ? 1 : -1;
+      if (a == axis) {
+        at[a] = d[a] > 0 ? (at[a] / kBlock + 1) * kBlock : at[a] / kBlock * kBlock - 1;
+      } else {
+        // Planes up to there are behind; those met just there as well where their axis comes first in order.
+        const auto is_behind = [&](double t) { return t < end || (t == end && a < axis); };
+        const std::int64_t start = at[a];
+        const std::int64_t low = start / kBlock * kBlock;
+        const double x = (o[a] + end * d[a]) / index::Macrocells::kEdge;
+        at[a] = std::clamp(static_cast<std::int64_t>(x), low,
+                           std::min(low + kBlock, macrocells_[static_cast<std::size_t>(a)]) - 1);
+        if ((at[a] - start) * step < 0) at[a] = start;
+        while (at[a] != start && !is_behind(meets_plane(a, d[a] > 0 ? at[a] : at[a] + 1))) at[a] -= step;
+        while (is_behind(next_plane(a))) at[a] += step;
+      }
+      leave[a] = next_plane(a);
+    }
+    return end;
   };
   for (int a = 0; a < 3; ++a) {
     const double x = (o[a] + chord.entry * d[a]) / index::Macrocells::kEdge;
@@ -115,22 +162,30 @@ void IsosurfaceRays::for_crossed_stretches(const camera::Ray& ray, const Chord& 
   // A stretch goes on through neighbours that are crossed too; stretches and gaps meet without a space
   // between.
   double t = chord.entry;
-  std::optional<double> start;
+  bool open = false;  // a stretch, from `start` on
+  double start = t;
   while (t < chord.exit) {
-    const int axis = leave[0] <= leave[1] ? (leave[0] <= leave[2] ? 0 : 2) : (leave[1] <= leave[2] ? 1 : 2);
+    if (!block_crossed_[static_cast<std::size_t>(
+            at[0] / kBlock + blocks_[0] * (at[1] / kBlock + blocks_[1] * (at[2] / kBlock)))]) {
+      if (open && start < t && !f({start, t})) return;
+      open = false;
+      const double end = leave_block();
+      if (end >= chord.exit) return;
+      t = std::max(t, end);
+      continue;
+    }
+    const int axis = first_of(leave);
     const bool crossed =
         crossed_[static_cast<std::size_t>(at[0] + macrocells_[0] * (at[1] + macrocells_[1] * at[2]))] != 0;
-    if (crossed && !start) start = t;
-    if (!crossed && start) {
-      if (*start < t && !f({*start, t})) return;
-      start.reset();
-    }
+    if (crossed && !open) start = t;
+    if (!crossed && open && start < t && !f({start, t})) return;
+    open = crossed;
     t = std::max(t, std::min(leave[axis], chord.exit));
     if (leave[axis] >= chord.exit) break;
     at[axis] += d[axis] > 0 ? 1 : -1;
     leave[axis] = next_plane(axis);
   }
-  if (start && *start < chord.exit) (void)f({*start, chord.exit});
+  if (open && start < chord.exit) (void)f({start, chord.exit});
 }
 
 IsosurfaceRays::Hit IsosurfaceRays::hit_at(const camera::Ray& ray, const RayPiece& piece, double t) const {

@@ -79,6 +79,8 @@ class IsosurfaceRays {
   bool close_;
   Dims macrocells_;
   std::vector<std::uint8_t> crossed_;  // macrocells whose range holds the isovalue
+  Dims blocks_;
+  std::vector<std::uint8_t> block_crossed_;  // blocks of kBlock^3 macrocells, of which one is crossed
 };
 
 struct IsosurfaceImage {
