@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "base/error.h"
@@ -365,6 +366,32 @@ class Mesher {
   mesh::TriangleMesh* mesh_ = nullptr;
 };
 
+/// Refuses rows whose places and bits do not fit beside the voxels, before any are made.
+template <class T>
+void require_memory(const Grid<T>& grid, const MarchingCubesOptions& options) {
+  const std::int64_t pad = options.close ? 2 : 0;
+  std::int64_t dims[3];
+  bool thin = false;  // axes of one sample are made two, in a copy
+  for (std::size_t a = 0; a < 3; ++a) {
+    const std::int64_t n = grid.dims()[a];
+    thin = thin || n == 1;
+    dims[a] = std::max<std::int64_t>(n, 2) + pad;
+  }
+  // In double, for lengths are anything: what is over 2^63 is over any limit.
+  const double words = std::ceil(static_cast<double>(dims[0]) / 64);
+  const double row = 8 * words + sizeof(RowPlace) + sizeof(InsideBits::Row);
+  const double rows = static_cast<double>(dims[1]) * static_cast<double>(dims[2]);
+  const double samples = rows * static_cast<double>(dims[0]);
+  const double copies = (thin ? samples * sizeof(T) : 0) + (std::is_same_v<T, volume::half> ? 4 * samples : 0);
+  const double voxels = static_cast<double>(grid.voxels.size()) * sizeof(T);
+  const double needed = rows * row + copies + voxels;
+  if (needed <= static_cast<double>(options.memory_limit)) return;
+  throw Error("an isosurface of a volume of " + std::to_string(dims[1]) + " x " + std::to_string(dims[2]) +
+              " rows along x takes " + std::to_string(static_cast<std::int64_t>(std::min(needed, 9e18))) +
+              " bytes beside its mesh, more than the " + std::to_string(options.memory_limit) +
+              " of memory there are: turn its longest axis to x (vol-convert --transpose)");
+}
+
 }  // namespace
 
 Isosurface marching_cubes(const volume::Volume& volume, double isovalue,
@@ -374,6 +401,7 @@ Isosurface marching_cubes(const volume::Volume& volume, double isovalue,
     const Dims& dims = grid.dims();
     Vec3 shift = Vec3::Zero();
     for (int a = 0; a < 3; ++a) shift[a] = dims[a] == 1 ? -0.5 : 0;
+    require_memory(grid, options);
     Isosurface result = shift.isZero() ? Mesher<T>(grid, isovalue, shift, options).run()
                                        : Mesher<T>(thickened(grid), isovalue, shift, options).run();
     result.counts.cells = 1;

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <limits>
 
 #include "mesh/triangle_mesh.h"
 #include "volume/volume.h"
@@ -9,6 +10,8 @@ namespace vol::isosurface {
 struct MarchingCubesOptions {
   bool close = false;   ///< beyond the volume's border all is outside: the surface is closed there, flat
   bool normals = true;  ///< of the field
+  /// Bytes that volume and rows (see below) may take together; more is refused before it is taken.
+  std::int64_t memory_limit = std::numeric_limits<std::int64_t>::max();
 };
 
 struct MarchingCubesCounts {
@@ -39,7 +42,7 @@ struct Isosurface {
 /// a sample in words of 8 bytes and 33 bytes more, and 4 bytes an ambiguous cell. So a volume whose x axis is
 /// the short one takes more than its voxels may: 1 x 8192 x 8192 takes 2.2 GB, and is best turned before.
 ///
-/// \throws vol::Error on an isovalue that is not finite, and on 2^32 vertices or more
+/// \throws vol::Error on an isovalue that is not finite, on 2^32 vertices or more, and over memory_limit
 [[nodiscard]] Isosurface marching_cubes(const volume::Volume& volume, double isovalue,
                                         const MarchingCubesOptions& options = {});
 

@@ -189,6 +189,22 @@ TEST(MarchingCubes, VoxelTypesGiveTheSameMesh) {
   same(make_volume<volume::half>(dims, [&](auto... p) { return static_cast<float>(value(p...)); }));
 }
 
+// 33 bytes a row and a bit a sample, in words of 8 bytes, beside the voxels: no less is enough, and no more
+// is asked for.
+TEST(MarchingCubes, RowsThatDoNotFitAreRefused) {
+  volume::Grid<float> grid;
+  grid.geometry.dims = {3, 50, 70};
+  grid.voxels = Buffer<float>(3 * 50 * 70, 0.0F);
+  volume::Volume volume;
+  volume.grid = std::move(grid);
+  constexpr std::int64_t kNeeded = 50 * 70 * 33 + 3 * 50 * 70 * 4;
+  EXPECT_NO_THROW((void)marching_cubes(volume, 0.5, {.memory_limit = kNeeded}));
+  EXPECT_THROW((void)marching_cubes(volume, 0.5, {.memory_limit = kNeeded - 1}), Error);
+  constexpr std::int64_t kClosed = 52 * 72 * 33 + 3 * 50 * 70 * 4;
+  EXPECT_NO_THROW((void)marching_cubes(volume, 0.5, {.close = true, .memory_limit = kClosed}));
+  EXPECT_THROW((void)marching_cubes(volume, 0.5, {.close = true, .memory_limit = kClosed - 1}), Error);
+}
+
 TEST(MarchingCubes, ThreadsDoNotCount) {
   Rng rng(32);
   const Volume volume = make_volume<float>({67, 70, 65}, [&](auto...) { return rng.uniform(); });
