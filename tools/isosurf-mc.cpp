@@ -2,7 +2,6 @@
 //   isosurf-mc head.nrrd --isovalue 90 -o head.ply
 //   isosurf-mc protein.nrrd --isovalue 0.2,-0.2 --close -o protein.obj --stats mesh.json
 #include <algorithm>
-#include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -11,6 +10,7 @@
 #include "cli/run.h"
 #include "cli/volume_input.h"
 #include "io/mesh.h"
+#include "io/volume.h"
 #include "isosurface/marching_cubes.h"
 #include "mesh/measures.h"
 #include "mesh/weld.h"
@@ -65,23 +65,6 @@ void declare(CLI::App& app, Options& o) {
   app.add_flag("--no-measures", o.no_measures,
                "Do not count components, edges, area and volume for the stats record")
       ->group(contents);
-}
-
-/// By hand, since CLI11 would let "1,,2" pass for two numbers.
-std::vector<double> parse_isovalues(const std::vector<std::string>& texts) {
-  std::vector<double> values;
-  for (const std::string& text : texts) {
-    for (std::size_t begin = 0; begin <= text.size();) {
-      const std::size_t end = std::min(text.find(',', begin), text.size());
-      const std::string number = text.substr(begin, end - begin);
-      if (!cli::check_finite(number).empty()) {
-        throw Error("--isovalue " + text + ": expected finite numbers VALUE,VALUE,...");
-      }
-      values.push_back(std::strtod(number.c_str(), nullptr));
-      begin = end + 1;
-    }
-  }
-  return values;
 }
 
 json measures(const mesh::TriangleMesh& mesh, const mesh::Topology& t) {
@@ -145,10 +128,11 @@ mesh::TriangleMesh make_surface(const volume::Volume& volume, double isovalue, c
 }
 
 int work(Options& o, cli::Record& record) {
-  o.isovalues = parse_isovalues(o.isovalue_texts);
+  o.isovalues = cli::parse_numbers("--isovalue", o.isovalue_texts);
   o.write.double_precision = o.type == "f64";
   o.mesh.normals = io::require_mesh_format(o.output, o.write) != "stl" && !o.no_normals;  // STL has none
   const volume::Volume volume = cli::load(o.input, record);
+  o.mesh.memory_limit = io::ReadOptions::physical_memory();
   json result = json::array();
   std::map<std::string, std::int64_t> counts;
   mesh::TriangleMesh all;

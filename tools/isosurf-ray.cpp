@@ -70,10 +70,7 @@ int work(Options& o, cli::Record& record) {
   io::require_image_format(o.output, o.format);
   const io::SceneFile file = resolve(o);
   const auto size = cli::parse_image_size("--size", o.camera.size);
-  const Vec3 colour = cli::parse_vec3("--colour", o.colour);
-  if (colour.minCoeff() < 0 || colour.maxCoeff() > 1) {
-    throw Error("--colour " + o.colour + ": expected numbers from 0 to 1");
-  }
+  const Vec3 colour = cli::parse_colour("--colour", o.colour);
   if (!o.scene.empty()) record.input(o.scene);
   const volume::Volume volume = cli::load(o.input, record);
   const auto reconstruction = file.reconstruction.value_or(volume::Reconstruction::trilinear);

@@ -1,5 +1,6 @@
 // vol-raycast: ray casting of a volume, uniform, index-guided, or the reference integral.
 //   vol-raycast head.nrrd -o head.exr --scene configs/scenes/ct-head.yaml --size 512x512 --stats head.json
+//   vol-raycast head.nrrd -o skull.png --isovalue 500 --surface-opacity 0.4 --isovalue 1150 --mesh probe.ply
 //   vol-raycast head.nrrd -o truth.exr --scene configs/scenes/ct-head.yaml --quadrature reference --tolerance
 //   1e-8
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "cli/camera_options.h"
 #include "cli/options.h"
 #include "cli/run.h"
+#include "cli/surface_options.h"
 #include "cli/volume_input.h"
 #include "image/difference.h"
 #include "index/build_index.h"
@@ -35,6 +37,7 @@ struct Options {
   std::optional<int> index_reduction;
   std::string format, model, quadrature, step, reconstruction, algorithm = "packet";
   cli::CameraOptions camera;
+  cli::SurfaceOptions surfaces;
   std::optional<double> exposure;
   render::RenderOptions render;
   bool no_skip = false;
@@ -72,6 +75,8 @@ void declare(CLI::App& app, Options& o) {
                  "PNG: what values are multiplied by [composite 1; xray, mip: the largest becomes white]")
       ->check(cli::check_positive)
       ->group(picture);
+
+  cli::add_surfaces(app, o.surfaces);
 
   const char* accuracy = "Accuracy against cost";
   app.add_option("--quadrature", o.quadrature,
@@ -129,12 +134,13 @@ void declare(CLI::App& app, Options& o) {
       ->group(accuracy);
   for (const char* chosen :
        {"--quadrature", "--nodes", "--step", "--tolerance", "--termination", "--image-step",
-        "--image-tolerance", "--index", "--epsilon", "--index-reduction"}) {
+        "--image-tolerance", "--index", "--epsilon", "--index-reduction", "--isovalue", "--mesh"}) {
     max_error->excludes(app.get_option(chosen));
   }
   app.add_flag("--no-skip", o.no_skip, "Sample also what the transfer function makes invisible")
       ->group(accuracy);
-  app.add_option("--algorithm", o.algorithm, "packet (float, SIMD) or plain (double, its oracle)")
+  app.add_option("--algorithm", o.algorithm,
+                 "packet (float, SIMD) or plain (double, its oracle; surfaces are drawn by it always)")
       ->excludes(max_error)
       ->check(CLI::IsMember({"packet", "plain"}))
       ->capture_default_str()
@@ -171,7 +177,7 @@ struct Prepared {
   Prepared(const volume::Volume& from, const render::Scene& wanted, const Options& o,
            const index::IndexVolume* index) {
     const bool packets = o.algorithm == "packet" || o.render.max_error > 0;
-    if (!packets || o.render.quadrature == render::Quadrature::reference) return;
+    if (!packets || o.surfaces.any() || o.render.quadrature == render::Quadrature::reference) return;
     volume.emplace(from, wanted.model == render::Model::composite);
     scene.emplace(*volume, wanted, o.render.max_error > 0 ? render::within_error(o.render) : o.render, index);
   }
@@ -179,7 +185,11 @@ struct Prepared {
 
 /// One picture.
 render::RenderResult cast(const volume::Volume& volume, const Prepared& prepared, const render::Scene& scene,
-                          const Options& o, const index::IndexVolume* index) {
+                          const Options& o, const cli::SurfaceSet& surfaces,
+                          const index::IndexVolume* index) {
+  if (o.surfaces.any()) {
+    return render::raycast_with_surfaces(volume, scene, o.render, surfaces.surfaces(), index);
+  }
   if (o.render.quadrature == render::Quadrature::reference) {
     return render::raycast_reference(volume, scene, o.render);
   }
@@ -225,6 +235,10 @@ void report(const render::RenderResult& result, const Options& o, cli::Record& r
   record.count("gradients", result.counts.gradients);
   record.count("skipped", result.counts.skipped);
   record.count("terminated", result.counts.terminated);
+  if (o.surfaces.any()) {
+    record.count("surface_hits", result.counts.surface_hits);
+    record.count("surface_undecided", result.counts.surface_undecided);
+  }
   if (result.counts.rays > 0) {
     record.result("samples_per_ray", double(result.counts.samples) / double(result.counts.rays));
   }
@@ -271,6 +285,11 @@ int work(Options& o, cli::Record& record) {
   io::require_image_format(o.output, o.format);
   if (!o.samples_output.empty()) io::require_image_format(o.samples_output);
   io::SceneFile file = resolve(o);  // wrong words are answered before a large file is read
+  cli::SurfaceSet surfaces(o.surfaces);
+  if (o.surfaces.any() && file.scene.model != render::Model::composite) {
+    throw Error("--isovalue and --mesh: the model must be composite");
+  }
+  surfaces.load(record);
   if (!o.scene.empty()) record.input(o.scene);
   const volume::Volume volume = cli::load(o.input, record);
   const double spacing = volume.geometry().spacing.minCoeff();
@@ -311,7 +330,8 @@ int work(Options& o, cli::Record& record) {
   const index::IndexVolume* const guide = index ? &*index : nullptr;
   std::unique_ptr<const Prepared> prepared =
       record.timed("prepare", [&] { return std::make_unique<const Prepared>(volume, scene, o, guide); });
-  auto result = record.repeated("render", [&] { return cast(volume, *prepared, scene, o, guide); });
+  if (o.surfaces.any()) surfaces.prepare(volume, o.render.reconstruction, scene, record);
+  auto result = record.repeated("render", [&] { return cast(volume, *prepared, scene, o, surfaces, guide); });
   prepared.reset();  // writing takes memory, too
   report(result, o, record);
   if (o.render.max_error > 0 && !(result.error_estimate <= o.render.max_error)) {
@@ -341,7 +361,8 @@ int main(int argc, char** argv) {
   CLI::App app{
       "Ray casting of a volume to a picture: emission-absorption, X-ray or maximum projection.\n"
       "Steps may be uniform or guided by an index; --quadrature reference is the truth, to a stated "
-      "tolerance."};
+      "tolerance.\n"
+      "--isovalue and --mesh put surfaces into it, opaque or translucent, at their exact depth."};
   Options options;
   declare(app, options);
   return cli::run(

@@ -76,6 +76,25 @@ Vec3 parse_vec3(const std::string& option, const std::string& text) {
   return v;
 }
 
+std::vector<double> parse_numbers(const std::string& option, const std::vector<std::string>& texts) {
+  std::vector<double> values;
+  for (const std::string& text : texts) {
+    for (const std::string& part : split(text, ',')) {
+      double value = 0;
+      if (!parse(part, value) || !std::isfinite(value))
+        refuse(option, text, "finite numbers VALUE,VALUE,...");
+      values.push_back(value);
+    }
+  }
+  return values;
+}
+
+Vec3 parse_colour(const std::string& option, const std::string& text) {
+  const Vec3 colour = parse_vec3(option, text);
+  if (colour.minCoeff() < 0 || colour.maxCoeff() > 1) refuse(option, text, "numbers from 0 to 1");
+  return colour;
+}
+
 std::array<double, 2> parse_view(const std::string& option, const std::string& text) {
   const auto parts = split(text, ',');
   std::array<double, 2> view{};

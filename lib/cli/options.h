@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "base/vec.h"
 
@@ -14,6 +15,11 @@ namespace vol::cli {
 [[nodiscard]] std::array<int, 2> parse_image_size(const std::string& option, const std::string& text);
 /// "a,b,c", or "a" for all three.
 [[nodiscard]] Vec3 parse_vec3(const std::string& option, const std::string& text);
+/// Finite numbers "A,B,..." in one text or several, in order; by hand, since CLI11 lets "1,,2" pass for two.
+[[nodiscard]] std::vector<double> parse_numbers(const std::string& option,
+                                                const std::vector<std::string>& texts);
+/// "R,G,B", or one number for grey; each 0 to 1.
+[[nodiscard]] Vec3 parse_colour(const std::string& option, const std::string& text);
 /// "AZIMUTH,ELEVATION" in degrees.
 [[nodiscard]] std::array<double, 2> parse_view(const std::string& option, const std::string& text);
 

@@ -62,8 +62,10 @@ struct RenderCounts {
   std::int64_t rays = 0;     ///< rays that meet the field's box
   std::int64_t samples = 0;  ///< reconstructions of f; split: cells and Gauss nodes
   std::int64_t gradients = 0;
-  std::int64_t skipped = 0;     ///< nodes not sampled because nothing around them is visible; split: leaps
-  std::int64_t terminated = 0;  ///< rays ended early
+  std::int64_t skipped = 0;       ///< nodes not sampled because nothing around them is visible; split: leaps
+  std::int64_t terminated = 0;    ///< rays ended early
+  std::int64_t surface_hits = 0;  ///< isosurfaces and meshes met in front of what is opaque
+  std::int64_t surface_undecided = 0;  ///< rays that may touch an isosurface without passing through it
 
   RenderCounts& operator+=(const RenderCounts& other) {
     rays += other.rays;
@@ -71,6 +73,8 @@ struct RenderCounts {
     gradients += other.gradients;
     skipped += other.skipped;
     terminated += other.terminated;
+    surface_hits += other.surface_hits;
+    surface_undecided += other.surface_undecided;
     return *this;
   }
 };

@@ -31,14 +31,15 @@ struct Painter {
   const camera::Camera& camera;
   const RayCaster& cast;
   image::Image& image;
+  const BesideCaster& beside;
 
   void paint(int x, int y, Partial& partial) const {
     const camera::Ray ray = camera.ray(x + 0.5, y + 0.5);
     const auto chord = box.chord(ray, camera.t_min());
-    if (!chord) return;
-    ++partial.counts.rays;
+    if (!chord && !beside) return;
+    partial.counts.rays += chord.has_value();
     const std::int64_t samples_before = partial.counts.samples;
-    const Pixel pixel = cast(ray, *chord, partial.counts);
+    const Pixel pixel = chord ? cast(ray, *chord, partial.counts) : beside(ray, partial.counts);
     static constexpr const char* kNames[3] = {"R", "G", "B"};
     for (int c = 0; c < 3; ++c) image.at(x, y, c) = as_float(pixel.colour[c], kNames[c]);
     image.at(x, y, 3) = as_float(pixel.alpha, "A");
@@ -106,12 +107,12 @@ image::Image blank_image(const RenderOptions& options) {
 }
 
 RenderResult draw(const volume::FieldBounds& bounds, const Scene& scene, const RenderOptions& options,
-                  const RayCaster& cast) {
+                  const RayCaster& cast, const BesideCaster& beside) {
   const RayBox box(bounds);
   const camera::Camera camera(scene.view, bounds.centre(), bounds.longest_edge(), options.width,
                               options.height);
   RenderResult result{blank_image(options), {}, 0};
-  const Painter painter{box, camera, cast, result.image};
+  const Painter painter{box, camera, cast, result.image, beside};
   const auto pixel_at = [&](int x, int y, Partial& partial) { painter.paint(x, y, partial); };
   Partial total;
   if (options.image_step == 1) {
@@ -142,7 +143,7 @@ void redraw(const volume::FieldBounds& bounds, const Scene& scene, std::span<con
     result.image.at(p.x, p.y, 5) = std::numeric_limits<float>::infinity();
     samples.push_back(result.image.at(p.x, p.y, 4));
   }
-  Partial total = paint({box, camera, cast, result.image}, pixels);
+  Partial total = paint({box, camera, cast, result.image, {}}, pixels);
   total.counts.rays = 0;  // they were counted when they were cast first
   for (std::size_t i = 0; i < pixels.size(); ++i) result.image.at(pixels[i].x, pixels[i].y, 4) += samples[i];
   result.counts += total.counts;

@@ -23,10 +23,25 @@ void require_valid(const RenderOptions& options);
 /// Casts one ray along a chord of the field's box: adds to the counts and returns its pixel, in double.
 using RayCaster = std::function<Pixel(const camera::Ray&, const Chord&, RenderCounts&)>;
 
+/// One ray's light so far, from the eye on.
+struct Beam {
+  Pixel pixel;
+  double transmittance = 1;
+};
+
+/// Integrates a part of a ray that has got so far (model composite): adds to the beam and the counts.
+/// \param whole  length of the chord that it is a part of, which a tolerance is for
+using MediumCaster =
+    std::function<void(const camera::Ray&, const Chord& part, double whole, Beam&, RenderCounts&)>;
+
+/// Casts a ray that misses the field's box.
+using BesideCaster = std::function<Pixel(const camera::Ray&, RenderCounts&)>;
+
 /// Camera, rays, threads and image around a caster of one ray. Counts are folded row by row: the same
 /// whatever the number of threads.
 [[nodiscard]] RenderResult draw(const volume::FieldBounds& bounds, const Scene& scene,
-                                const RenderOptions& options, const RayCaster& cast);
+                                const RenderOptions& options, const RayCaster& cast,
+                                const BesideCaster& beside = {});
 
 /// Number of the channel `error`, in pictures that have it.
 inline constexpr std::size_t kErrorChannel = 6;
@@ -48,6 +63,19 @@ void redraw(const volume::FieldBounds& bounds, const Scene& scene, std::span<con
                                          const RenderOptions& options);
 [[nodiscard]] RayCaster reference_caster(const volume::Volume& volume, const Scene& scene,
                                          const RenderOptions& options);
+
+/// The same for the parts of rays between surfaces. \throws vol::Error on a model that is not `composite`
+[[nodiscard]] MediumCaster plain_medium(const FieldView& field, const Scene& scene,
+                                        const RenderOptions& options,
+                                        const index::IndexVolume* index = nullptr);
+[[nodiscard]] MediumCaster plain_medium(const volume::Volume& volume, const Scene& scene,
+                                        const RenderOptions& options,
+                                        const index::IndexVolume* index = nullptr);
+/// \param brightest  upper bound of what else than the medium is in the picture
+[[nodiscard]] MediumCaster reference_medium(const FieldView& field, const Scene& scene,
+                                            const RenderOptions& options, double brightest = 0);
+[[nodiscard]] MediumCaster reference_medium(const volume::Volume& volume, const Scene& scene,
+                                            const RenderOptions& options, double brightest = 0);
 
 /// The scene's reference length, or where it has none the field's smallest spacing (0: the field has none
 /// either, vol::Error).

@@ -81,9 +81,9 @@ class CompositeRay {
   CompositeRay(const Context& context, const NodeWalk& walk, const Vec3& direction, RenderCounts& counts)
       : context_(context), walk_(walk), direction_(direction), counts_(counts) {}
 
-  Pixel cast() {
-    Pixel pixel;
-    double transmittance = 1;
+  void cast(Beam& beam) {
+    Pixel& pixel = beam.pixel;
+    double& transmittance = beam.transmittance;
     Visit left = visit(0);
     while (left.number < walk_.last() && !(transmittance <= context_.options.termination)) {
       const std::int64_t next = after_empty_space(left);
@@ -108,7 +108,6 @@ class CompositeRay {
     } else if (kind() != Quadrature::rectangle && !left.sampled) {
       ++counts_.skipped;
     }
-    return pixel;
   }
 
  private:
@@ -245,7 +244,8 @@ Pixel mip(const Context& context, const NodeWalk& walk, RenderCounts& counts) {
   return {Vec3::Constant(most), 1, depth, 0};
 }
 
-RayCaster caster(Context context, const Scene& scene, double smallest_spacing) {
+/// Adds what options and scene say, and refuses what no steps can do.
+std::shared_ptr<const Context> complete(Context context, const Scene& scene, double smallest_spacing) {
   require_valid(context.options);
   if (context.options.quadrature >= Quadrature::split) {
     throw Error("quadratures split and reference have no steps to cast by; call raycast_reference");
@@ -254,7 +254,10 @@ RayCaster caster(Context context, const Scene& scene, double smallest_spacing) {
     context.optics.emplace(scene.transfer, resolved_reference_length(scene, smallest_spacing));
     if (scene.shading) context.shading.emplace(*scene.shading);
   }
-  const auto shared = std::make_shared<const Context>(std::move(context));
+  return std::make_shared<const Context>(std::move(context));
+}
+
+RayCaster caster(const std::shared_ptr<const Context>& shared, const Scene& scene) {
   return [shared, model = scene.model](const camera::Ray& ray, const Chord& chord, RenderCounts& counts) {
     const NodeWalk walk(ray, chord, shared->options.step, shared->box, shared->index);
     switch (model) {
@@ -263,8 +266,18 @@ RayCaster caster(Context context, const Scene& scene, double smallest_spacing) {
       case Model::mip:
         return mip(*shared, walk, counts);
       default:
-        return CompositeRay(*shared, walk, ray.direction, counts).cast();
+        Beam beam;
+        CompositeRay(*shared, walk, ray.direction, counts).cast(beam);
+        return beam.pixel;
     }
+  };
+}
+
+MediumCaster medium(const std::shared_ptr<const Context>& shared, const Scene& scene) {
+  if (scene.model != Model::composite) throw Error("only the model composite has a medium between surfaces");
+  return [shared](const camera::Ray& ray, const Chord& part, double, Beam& beam, RenderCounts& counts) {
+    const NodeWalk walk(ray, part, shared->options.step, shared->box, shared->index);
+    CompositeRay(*shared, walk, ray.direction, counts).cast(beam);
   };
 }
 
@@ -275,15 +288,14 @@ RenderResult drawn(const volume::FieldBounds& bounds, const Scene& scene, const 
   return result;
 }
 
-}  // namespace
-
-RayCaster plain_caster(const FieldView& field, const Scene& scene, const RenderOptions& options,
-                       const index::IndexVolume* index) {
-  return caster({.field = field, .options = options, .box = RayBox(field.bounds), .index = index}, scene, 0);
+std::shared_ptr<const Context> context_of(const FieldView& field, const Scene& scene,
+                                          const RenderOptions& options, const index::IndexVolume* index) {
+  return complete({.field = field, .options = options, .box = RayBox(field.bounds), .index = index}, scene,
+                  0);
 }
 
-RayCaster plain_caster(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
-                       const index::IndexVolume* index) {
+std::shared_ptr<const Context> context_of(const volume::Volume& volume, const Scene& scene,
+                                          const RenderOptions& options, const index::IndexVolume* index) {
   (void)volume::value_range(volume);  // refuses NaN and infinity
   const volume::GridGeometry& geometry = volume.geometry();
   if (index && index->volume_dims() != geometry.dims) {
@@ -300,7 +312,29 @@ RayCaster plain_caster(const volume::Volume& volume, const Scene& scene, const R
     context.visibility.emplace(visibility(*context.macrocells, scene.transfer));
     context.dims = geometry.dims;
   }
-  return caster(std::move(context), scene, geometry.spacing.minCoeff());
+  return complete(std::move(context), scene, geometry.spacing.minCoeff());
+}
+
+}  // namespace
+
+RayCaster plain_caster(const FieldView& field, const Scene& scene, const RenderOptions& options,
+                       const index::IndexVolume* index) {
+  return caster(context_of(field, scene, options, index), scene);
+}
+
+RayCaster plain_caster(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
+                       const index::IndexVolume* index) {
+  return caster(context_of(volume, scene, options, index), scene);
+}
+
+MediumCaster plain_medium(const FieldView& field, const Scene& scene, const RenderOptions& options,
+                          const index::IndexVolume* index) {
+  return medium(context_of(field, scene, options, index), scene);
+}
+
+MediumCaster plain_medium(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
+                          const index::IndexVolume* index) {
+  return medium(context_of(volume, scene, options, index), scene);
 }
 
 RenderResult raycast_plain(const FieldView& field, const Scene& scene, const RenderOptions& options,

@@ -50,6 +50,33 @@ Pixel mip(const camera::Ray& ray, const Chord& chord, const PieceSource& pieces,
   return {Vec3::Constant(most), 1, depth, error};
 }
 
+MediumCaster medium(const FieldView& field, PieceSource pieces, const Scene& scene,
+                    const RenderOptions& options, double smallest_spacing, double else_brightest) {
+  require_valid(options);
+  if (scene.model != Model::composite) throw Error("only the model composite has a medium between surfaces");
+  const auto optics =
+      std::make_shared<const Optics>(scene.transfer, resolved_reference_length(scene, smallest_spacing));
+  std::optional<BlinnPhong> shading;
+  if (scene.shading) shading.emplace(*scene.shading);
+  const bool headlight = scene.shading && !scene.shading->light;
+  const double lit = (shading ? shading->brightest() : Lit{})(Vec3::Constant(optics->brightest())).maxCoeff();
+  const double brightest = std::max({lit, scene.background.maxCoeff(), else_brightest});
+  return [=, pieces = std::move(pieces), tolerance = options.tolerance](
+             const camera::Ray& ray, const Chord& part, double whole, Beam& beam, RenderCounts& counts) {
+    ReferenceIntegral::Light light;
+    if (shading) {
+      light = [&](double t) {
+        ++counts.gradients;
+        return (*shading)(field.gradient(ray.origin + t * ray.direction), ray.direction);
+      };
+    }
+    ReferenceIntegral integral(*optics, tolerance, whole, brightest, std::move(light), headlight, beam);
+    counts.samples += pieces(ray, part, [&](const RayPiece& piece) { return integral.add(piece); });
+    counts.samples += integral.evaluations();
+    beam = integral.beam();
+  };
+}
+
 RayCaster caster(const FieldView& field, PieceSource pieces, const Scene& scene, const RenderOptions& options,
                  double smallest_spacing) {
   require_valid(options);
@@ -64,48 +91,52 @@ RayCaster caster(const FieldView& field, PieceSource pieces, const Scene& scene,
       return mip(ray, chord, pieces, tolerance, counts);
     };
   }
-  const auto optics =
-      std::make_shared<const Optics>(scene.transfer, resolved_reference_length(scene, smallest_spacing));
-  std::optional<BlinnPhong> shading;
-  if (scene.shading) shading.emplace(*scene.shading);
-  const bool headlight = scene.shading && !scene.shading->light;
-  const double lit = (shading ? shading->brightest() : Lit{})(Vec3::Constant(optics->brightest())).maxCoeff();
-  const double brightest = std::max(lit, scene.background.maxCoeff());
-  return [=, pieces = std::move(pieces), tolerance = options.tolerance](
+  return [medium = medium(field, std::move(pieces), scene, options, smallest_spacing, 0)](
              const camera::Ray& ray, const Chord& chord, RenderCounts& counts) {
-    ReferenceIntegral::Light light;
-    if (shading) {
-      light = [&](double t) {
-        ++counts.gradients;
-        return (*shading)(field.gradient(ray.origin + t * ray.direction), ray.direction);
-      };
-    }
-    ReferenceIntegral integral(*optics, tolerance, chord.length(), brightest, std::move(light), headlight);
-    counts.samples += pieces(ray, chord, [&](const RayPiece& piece) { return integral.add(piece); });
-    counts.samples += integral.evaluations();
-    return integral.pixel();
+    Beam beam;
+    medium(ray, chord, chord.length(), beam, counts);
+    return beam.pixel;
+  };
+}
+
+PieceSource pieces_of(const FieldView& field) {
+  return [field](const camera::Ray& ray, const Chord& chord, const PieceSink& sink) {
+    return fit_pieces(field, ray, chord, sink);
+  };
+}
+
+/// \param field  of the volume, for the gradients of shading; kept alive
+PieceSource pieces_of(const volume::Volume& volume, const GridField& field, const RenderOptions& options) {
+  (void)volume::value_range(volume);  // refuses NaN and infinity
+  const auto grid_pieces = std::make_shared<const GridPieces>(volume, options.reconstruction);
+  return [grid_pieces, field](const camera::Ray& ray, const Chord& chord, const PieceSink& sink) {
+    (*grid_pieces)(ray, chord, sink);
+    return std::int64_t{0};
   };
 }
 
 }  // namespace
 
 RayCaster reference_caster(const FieldView& field, const Scene& scene, const RenderOptions& options) {
-  const auto pieces = [field](const camera::Ray& ray, const Chord& chord, const PieceSink& sink) {
-    return fit_pieces(field, ray, chord, sink);
-  };
-  return caster(field, pieces, scene, options, 0);
+  return caster(field, pieces_of(field), scene, options, 0);
 }
 
 RayCaster reference_caster(const volume::Volume& volume, const Scene& scene, const RenderOptions& options) {
-  (void)volume::value_range(volume);  // refuses NaN and infinity
-  const auto grid_pieces = std::make_shared<const GridPieces>(volume, options.reconstruction);
-  const GridField field(volume, options.reconstruction);  // for the gradients of shading
-  const auto pieces = [grid_pieces, field](const camera::Ray& ray, const Chord& chord,
-                                           const PieceSink& sink) {
-    (*grid_pieces)(ray, chord, sink);
-    return std::int64_t{0};
-  };
-  return caster(field.view(), pieces, scene, options, volume.geometry().spacing.minCoeff());
+  const GridField field(volume, options.reconstruction);
+  return caster(field.view(), pieces_of(volume, field, options), scene, options,
+                volume.geometry().spacing.minCoeff());
+}
+
+MediumCaster reference_medium(const FieldView& field, const Scene& scene, const RenderOptions& options,
+                              double brightest) {
+  return medium(field, pieces_of(field), scene, options, 0, brightest);
+}
+
+MediumCaster reference_medium(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
+                              double brightest) {
+  const GridField field(volume, options.reconstruction);
+  return medium(field.view(), pieces_of(volume, field, options), scene, options,
+                volume.geometry().spacing.minCoeff(), brightest);
 }
 
 RenderResult raycast_reference(const FieldView& field, const Scene& scene, const RenderOptions& options) {

@@ -12,13 +12,16 @@ constexpr double kLeastTolerance = 1e-14;
 }  // namespace
 
 ReferenceIntegral::ReferenceIntegral(const Optics& optics, double tolerance, double ray_length,
-                                     double brightest, Light light, bool headlight)
+                                     double brightest, Light light, bool headlight, const Beam& before)
     : optics_(optics),
       tolerance_(std::max(tolerance, kLeastTolerance * std::max(1.0, brightest))),
       ray_length_(ray_length),
       brightest_(std::max(1.0, brightest)),  // alpha is a channel too
       light_(std::move(light)),
-      headlight_(headlight) {}
+      headlight_(headlight),
+      pixel_(before.pixel),
+      transmittance_(before.transmittance),
+      done_(before.transmittance == 0) {}
 
 bool ReferenceIntegral::add(const RayPiece& piece) {
   const double lo = piece.p.min();

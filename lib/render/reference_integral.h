@@ -37,12 +37,14 @@ class ReferenceIntegral {
   /// ray
   ///                   changes sign, and pieces are cut there too
   /// \param brightest  upper bound of a lit colour's components
+  /// \param before     what the ray gathered in front of the first piece
   ReferenceIntegral(const Optics& optics, double tolerance, double ray_length, double brightest, Light light,
-                    bool headlight = false);
+                    bool headlight = false, const Beam& before = {});
 
   /// Adds the next piece. \returns false once nothing more can be seen.
   bool add(const RayPiece& piece);
   [[nodiscard]] const Pixel& pixel() const { return pixel_; }
+  [[nodiscard]] Beam beam() const { return {pixel_, transmittance_}; }
   [[nodiscard]] std::int64_t evaluations() const { return evaluations_; }
 
  private:

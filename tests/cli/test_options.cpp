@@ -22,6 +22,22 @@ TEST(ParseVec3, NumbersOfOneSign) {
   }
 }
 
+TEST(ParseNumbers, FiniteOnesFromAllTexts) {
+  EXPECT_EQ(parse_numbers("--isovalue", {"1,-2.5", "+3e1"}), (std::vector<double>{1, -2.5, 30}));
+  EXPECT_TRUE(parse_numbers("--isovalue", {}).empty());
+  for (const char* bad : {"", "1,,2", "1,", "nan", "inf", "1e999", "1 2", "+-1"}) {
+    EXPECT_THROW((void)parse_numbers("--isovalue", {"1", bad}), Error) << bad;
+  }
+}
+
+TEST(ParseColour, NumbersFromZeroToOne) {
+  EXPECT_EQ(parse_colour("--colour", "0,0.5,1"), Vec3(0, 0.5, 1));
+  EXPECT_EQ(parse_colour("--colour", "0.25"), Vec3(0.25, 0.25, 0.25));
+  for (const char* bad : {"-0.1", "1.1", "0,0,2", "0,0", "red", "nan"}) {
+    EXPECT_THROW((void)parse_colour("--colour", bad), Error) << bad;
+  }
+}
+
 TEST(ParseStep, WorldLengthOrVoxels) {
   EXPECT_EQ(parse_step("--step", "0.5", 3), 0.5);
   EXPECT_EQ(parse_step("--step", "0.5v", 3), 1.5);

@@ -1,0 +1,48 @@
+#!/usr/bin/env bash
+# vol-raycast --isovalue and --mesh from outside: the isosurface's own picture, a mesh in its place, what cannot be asked for.
+#   surfaces.sh BIN
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh" "$1"
+
+cat >clear.yaml <<END
+camera: {azimuth: 30, elevation: 20}
+transfer: {colours: [[0, 1, 1, 1]], opacity: [[0, 0]]}
+shading: true
+END
+cat >fog.yaml <<END
+camera: {azimuth: 30, elevation: 20}
+transfer: {colours: [[0, 0.2, 0.4, 1]], opacity: [[0, 0.02]]}
+reference_length: 1
+END
+"$bin/vol-phantom" sphere --dims 65 -o ball.nrrd || exit 2
+# Without a medium the picture is isosurf-ray's, and half as bright where half transparent and one sheet deep.
+"$bin/isosurf-ray" ball.nrrd --isovalue 0.5 -o own.exr --size 64x64 --scene clear.yaml || fail "isosurf-ray: status $?"
+"$bin/vol-raycast" ball.nrrd --isovalue 0.5 -o in.exr --size 64x64 --scene clear.yaml --stats stats.json || fail "status $? for --isovalue"
+grep -q '"caster": *"plain"' stats.json || fail "the stats must tell the plain caster"
+hits=$(grep -o '"surface_hits": *[0-9]*' stats.json | grep -o '[0-9]*$')
+[ "${hits:-0}" -gt 400 ] || fail "a ball has ${hits:-no} hits"
+"$bin/img-compare" own.exr in.exr --fail-above max=0 >/dev/null || fail "--isovalue without a medium is not isosurf-ray's picture"
+# A mesh of the surface in its place, in a medium; a ball that is missing is an RMSE of 0.056.
+"$bin/isosurf-mc" ball.nrrd --isovalue 0.5 -o ball.ply && "$bin/isosurf-mc" ball.nrrd --isovalue 0.5 -o ball.obj && "$bin/isosurf-mc" ball.nrrd --isovalue 0.5 -o ball.stl || exit 2
+"$bin/vol-raycast" ball.nrrd --isovalue 0.5 --surface-opacity 0.5 --surface-colour 0.9,0.2,0.1 -o surface.exr --size 64x64 --scene fog.yaml || fail "status $? for a translucent surface"
+for format in ply obj; do
+  "$bin/vol-raycast" ball.nrrd --mesh ball.$format --mesh-opacity 0.5 --mesh-colour 0.9,0.2,0.1 -o mesh-$format.exr --size 64x64 --scene fog.yaml || fail "status $? for --mesh .$format"
+  "$bin/img-compare" surface.exr mesh-$format.exr --fail-above rmse=0.02 >/dev/null || fail "a mesh in place of its surface: $("$bin/img-compare" surface.exr mesh-$format.exr)"
+done
+"$bin/img-compare" mesh-ply.exr mesh-obj.exr --fail-above max=1e-5 >/dev/null || fail "PLY and OBJ of one mesh differ"
+"$bin/vol-raycast" ball.nrrd --mesh ball.stl -o stl.exr --size 64x64 --scene fog.yaml || fail "status $? for STL"
+"$bin/vol-raycast" ball.nrrd -o none.exr --size 64x64 --scene fog.yaml
+"$bin/img-compare" none.exr surface.exr --fail-above rmse=0.04 >/dev/null 2>&1 && fail "the surface is not in the picture"
+# The truth of a hybrid picture, several surfaces at once, and steps against it.
+"$bin/vol-raycast" ball.nrrd --isovalue 0.2,0.5 --isovalue 0.8 --surface-opacity 0.3 --surface-opacity 0.4 --surface-opacity 1 -o truth.exr --size 64x64 --scene fog.yaml --quadrature reference || fail "status $? for reference"
+"$bin/vol-raycast" ball.nrrd --isovalue 0.2,0.5,0.8 --surface-opacity 0.3 --surface-opacity 0.4 --surface-opacity 1 -o steps.exr --size 64x64 --scene fog.yaml || fail "status $? for steps"
+"$bin/img-compare" truth.exr steps.exr --fail-above max=1e-6 >/dev/null || fail "a constant medium needs no small steps"
+
+printf 'ply\nformat ascii 1.0\nelement vertex 99999999999\nproperty float x\nproperty float y\nproperty float z\nend_header\n' >bad.ply
+for wrong in "--isovalue nan" "--isovalue 1,,2" "--isovalue 1 --surface-colour 2" "--isovalue 1 --surface-opacity 1.5" "--surface-opacity 0.5" "--isovalue 1,2,3 --surface-opacity 1 --surface-opacity 0.5" "--mesh none.ply" "--mesh bad.ply" "--mesh ball.nrrd" "--isovalue 1 --model xray" "--isovalue 1 --max-error 0.01" "--isovalue 1 --reconstruction nearest"; do
+  # shellcheck disable=SC2086
+  "$bin/vol-raycast" ball.nrrd $wrong -o a.exr --size 16x16 2>err
+  [ $? -eq 2 ] || fail "$wrong must end with 2"
+  [ "$(wc -l <err)" -eq 1 ] || fail "one line expected for $wrong: $(cat err)"
+  [ ! -e a.exr ] || fail "$wrong left a picture"
+done
+exit $failed
