@@ -382,7 +382,8 @@ void require_memory(const Grid<T>& grid, const MarchingCubesOptions& options) {
   const double row = 8 * words + sizeof(RowPlace) + sizeof(InsideBits::Row);
   const double rows = static_cast<double>(dims[1]) * static_cast<double>(dims[2]);
   const double samples = rows * static_cast<double>(dims[0]);
-  const double copies = (thin ? samples * sizeof(T) : 0) + (std::is_same_v<T, volume::half> ? 4 * samples : 0);
+  const double copies =
+      (thin ? samples * sizeof(T) : 0) + (std::is_same_v<T, volume::half> ? 4 * samples : 0);
   const double voxels = static_cast<double>(grid.voxels.size()) * sizeof(T);
   const double needed = rows * row + copies + voxels;
   if (needed <= static_cast<double>(options.memory_limit)) return;
