@@ -29,7 +29,7 @@ def read_nrrd(path):
     fields = dict(line.split(": ", 1) for line in data[:end].decode().splitlines()[1:] if ": " in line and line[0] != "#")
     dims = [int(n) for n in fields["sizes"].split()]
     voxels = numpy.frombuffer(data, dtype="<" + TYPES[fields["type"]], offset=end).reshape(dims[::-1])
-    return voxels
+    return voxels.copy()  # scikit-image refuses memory that is read only
 
 
 def write_nrrd(path, voxels):
