@@ -41,12 +41,12 @@ int draw(io::SpectrumFile& file, const std::vector<cli::FvrView>& views, const O
   double seconds = 0, frames = 0;
   cli::fvr_pictures(
       o.fvr, file.info(), views,
-      [&](const fourier::SliceView& view, const fourier::ChannelWeights& weights) {
+      [&](const fourier::SliceView& view, const fourier::ChannelWeights& weights,
+          std::vector<Buffer<float>>& picture) {
         const Timer timer;
-        auto picture = projector->project(view, weights);
+        picture = projector->project(view, weights);
         seconds += timer.seconds();
         ++frames;
-        return picture;
       },
       record);
   record.result("frames_per_second", frames / seconds);

@@ -32,12 +32,13 @@ void draw(io::SpectrumFile& file, const fourier::Filter& filter, const std::vect
   std::int64_t frames = 0;
   cli::fvr_pictures(
       o.fvr, file.info(), views,
-      [&](const fourier::SliceView& view, const fourier::ChannelWeights& weights) {
+      [&](const fourier::SliceView& view, const fourier::ChannelWeights& weights,
+          std::vector<Buffer<float>>& picture) {
         const Timer timer;
-        std::vector<Buffer<float>> picture;
         if constexpr (std::is_same_v<T, float>) {
-          picture = projector.project(view, weights);
+          projector.project(view, weights, picture);
         } else {
+          picture.clear();
           for (const auto& plane : projector.project(view, weights)) {
             auto& narrow = picture.emplace_back(plane.size());
             for (std::size_t i = 0; i < plane.size(); ++i) narrow[i] = static_cast<float>(plane[i]);
@@ -45,7 +46,6 @@ void draw(io::SpectrumFile& file, const fourier::Filter& filter, const std::vect
         }
         seconds += timer.seconds();
         ++frames;
-        return picture;
       },
       record);
   const double n = static_cast<double>(frames);

@@ -339,13 +339,12 @@ void fvr_pictures(const FvrOptions& o, const fourier::SpectrumInfo& info, const 
     stack.voxels.resize(static_cast<std::size_t>(checked_count(stack.geometry.dims)));
   }
   std::int64_t frames = 0;
+  std::vector<std::vector<Buffer<float>>> pictures(std::min(jobs.size(), kLot));
   for (std::size_t first = 0; first < jobs.size(); first += kLot) {
     const std::size_t last = std::min(jobs.size(), first + kLot);
-    const auto pictures = record.repeated("render", [&] {
-      std::vector<std::vector<Buffer<float>>> drawn;
-      for (std::size_t i = first; i < last; ++i) drawn.push_back(draw(jobs[i].view, jobs[i].weights));
-      frames += static_cast<std::int64_t>(last - first);
-      return drawn;
+    (void)record.repeated("render", [&] {
+      for (std::size_t i = first; i < last; ++i) draw(jobs[i].view, jobs[i].weights, pictures[i - first]);
+      return frames += static_cast<std::int64_t>(last - first);
     });
     for (std::size_t i = first; i < last; ++i) {
       if (is_stack(o)) {

@@ -54,8 +54,9 @@ void fvr_require_memory(const FvrOptions& o, const fourier::SpectrumInfo& info,
                         Record& record);
 
 /// Draws one view: the planes of its channels, row by row from the top.
-using FvrDraw =
-    std::function<std::vector<Buffer<float>>(const fourier::SliceView&, const fourier::ChannelWeights&)>;
+/// The last argument is where the picture goes: empty, or an earlier one whose memory may be used again.
+using FvrDraw = std::function<void(const fourier::SliceView&, const fourier::ChannelWeights&,
+                                   std::vector<Buffer<float>>&)>;
 
 /// All pictures of the run, drawn by `draw` and written. Frames per second go into the record over all
 /// repetitions.

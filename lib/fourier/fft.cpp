@@ -2,10 +2,12 @@
 
 #include <fftw3.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <limits>
 #include <memory>
 #include <string>
+#include <type_traits>
 
 #include "base/error.h"
 
@@ -19,7 +21,7 @@ template <>
 struct Fftw<float> {
   using Plan = fftwf_plan;
   using Complex = fftwf_complex;
-  static constexpr auto many_dft = fftwf_plan_many_dft;
+  static constexpr auto dft = fftwf_plan_dft_1d;
   static constexpr auto r2c = fftwf_plan_dft_r2c_1d;
   static constexpr auto c2r = fftwf_plan_dft_c2r_1d;
   static constexpr auto execute_dft = fftwf_execute_dft;
@@ -34,7 +36,7 @@ template <>
 struct Fftw<double> {
   using Plan = fftw_plan;
   using Complex = fftw_complex;
-  static constexpr auto many_dft = fftw_plan_many_dft;
+  static constexpr auto dft = fftw_plan_dft_1d;
   static constexpr auto r2c = fftw_plan_dft_r2c_1d;
   static constexpr auto c2r = fftw_plan_dft_c2r_1d;
   static constexpr auto execute_dft = fftw_execute_dft;
@@ -45,9 +47,8 @@ struct Fftw<double> {
   static constexpr auto export_wisdom = fftw_export_wisdom_to_string;
 };
 
-/// Rows start wherever the width puts them, so no plan may count on alignment: other codelets, other bits.
 unsigned flags(Planning planning) {
-  return FFTW_UNALIGNED | (planning == Planning::measure ? FFTW_MEASURE : FFTW_ESTIMATE);
+  return planning == Planning::measure ? FFTW_MEASURE : FFTW_ESTIMATE;
 }
 
 int narrow(std::int64_t n) {
@@ -57,18 +58,37 @@ int narrow(std::int64_t n) {
   return static_cast<int>(n);
 }
 
+constexpr std::int64_t kSideBySide = 8;  // columns of float: a cache line of every row
+
+/// Complex numbers from one column to the next where they stand side by side: aligned, and lines of columns
+/// do not meet in one set of the cache.
+template <class T>
+std::int64_t pitch(std::int64_t length) {
+  constexpr auto kLine = static_cast<std::int64_t>(64 / (2 * sizeof(T)));
+  return (length + kLine - 1) / kLine * kLine + kLine;
+}
+
+/// This thread's own, at least `count` reals; two at once, told apart by `which`.
+template <class T>
+T* scratch(int which, std::int64_t count) {
+  thread_local Buffer<T> buffers[2];
+  auto& buffer = buffers[which];
+  if (static_cast<std::int64_t>(buffer.size()) < count) buffer = Buffer<T>(static_cast<std::size_t>(count));
+  return buffer.data();
+}
+
+template <class T>
+typename Fftw<T>::Complex* complex(T* data) {
+  return reinterpret_cast<typename Fftw<T>::Complex*>(data);
+}
+
 }  // namespace
 
 template <class T>
-ColumnTransform<T>::ColumnTransform(std::int64_t length, std::int64_t columns, std::int64_t stride,
-                                    bool forward, Planning planning) {
+ColumnTransform<T>::ColumnTransform(std::int64_t length, bool forward, Planning planning) : length_(length) {
   const int n = narrow(length);
-  // Measuring overwrites what it plans on; estimating touches nothing, and the address alone is not looked
-  // at.
-  Buffer<T> scratch(planning == Planning::measure ? static_cast<std::size_t>(2 * length * stride) : 2);
-  auto* data = reinterpret_cast<typename Fftw<T>::Complex*>(scratch.data());
-  plan_ = Fftw<T>::many_dft(1, &n, narrow(columns), data, nullptr, narrow(stride), 1, data, nullptr,
-                            narrow(stride), 1, forward ? FFTW_FORWARD : FFTW_BACKWARD, flags(planning));
+  plan_ = Fftw<T>::dft(n, complex(scratch<T>(0, 2 * length)), complex(scratch<T>(1, 2 * length)),
+                       forward ? FFTW_FORWARD : FFTW_BACKWARD, flags(planning));
   if (plan_ == nullptr) throw Error("FFTW has no plan for " + std::to_string(length) + " points");
 }
 
@@ -78,45 +98,65 @@ ColumnTransform<T>::~ColumnTransform() {
 }
 
 template <class T>
-void ColumnTransform<T>::run(T* data) const {
-  auto* complex = reinterpret_cast<typename Fftw<T>::Complex*>(data);
-  Fftw<T>::execute_dft(static_cast<typename Fftw<T>::Plan>(plan_), complex, complex);
+void ColumnTransform<T>::run(T* data, std::int64_t columns, std::int64_t stride) const {
+  struct Number {
+    T re, im;
+  };
+  const std::int64_t apart = pitch<T>(length_);
+  T* before = scratch<T>(0, 2 * kSideBySide * apart);
+  T* after = scratch<T>(1, 2 * kSideBySide * apart);
+  const auto batch = [&](std::int64_t first, auto count) {
+    auto* place = reinterpret_cast<Number*>(data) + first;
+    auto* from = reinterpret_cast<Number*>(before);
+    for (std::int64_t i = 0; i < length_; ++i) {
+      for (std::int64_t c = 0; c < count; ++c) from[c * apart + i] = place[i * stride + c];
+    }
+    for (std::int64_t c = 0; c < count; ++c) {
+      Fftw<T>::execute_dft(static_cast<typename Fftw<T>::Plan>(plan_), complex(before + 2 * c * apart),
+                           complex(after + 2 * c * apart));
+    }
+    const auto* to = reinterpret_cast<const Number*>(after);
+    for (std::int64_t i = 0; i < length_; ++i) {
+      for (std::int64_t c = 0; c < count; ++c) place[i * stride + c] = to[c * apart + i];
+    }
+  };
+  std::int64_t c = 0;
+  for (; c + kSideBySide <= columns; c += kSideBySide) {
+    batch(c, std::integral_constant<std::int64_t, kSideBySide>{});  // loops unrolled
+  }
+  if (c < columns) batch(c, columns - c);
 }
 
-// One member says which way: a plan of FFTW knows its own direction, but not its own call.
 template <class T>
-struct DirectedPlan {
-  typename Fftw<T>::Plan plan;
-  bool forward;
-};
-
-template <class T>
-RowTransform<T>::RowTransform(std::int64_t length, bool forward, Planning planning) {
+RowTransform<T>::RowTransform(std::int64_t length, bool forward, Planning planning)
+    : length_(length), forward_(forward) {
   const int n = narrow(length);
-  Buffer<T> scratch(static_cast<std::size_t>(2 * (length / 2 + 1)));
-  auto* complex = reinterpret_cast<typename Fftw<T>::Complex*>(scratch.data());
-  const auto plan = forward ? Fftw<T>::r2c(n, scratch.data(), complex, flags(planning))
-                            : Fftw<T>::c2r(n, complex, scratch.data(), flags(planning));
-  if (plan == nullptr) throw Error("FFTW has no plan for " + std::to_string(length) + " points");
-  plan_ = new DirectedPlan<T>{plan, forward};
+  const std::int64_t reals = 2 * (length / 2 + 1);
+  T* before = scratch<T>(0, reals);
+  T* after = scratch<T>(1, reals);
+  plan_ = forward ? Fftw<T>::r2c(n, before, complex(after), flags(planning))
+                  : Fftw<T>::c2r(n, complex(before), after, flags(planning));
+  if (plan_ == nullptr) throw Error("FFTW has no plan for " + std::to_string(length) + " points");
 }
 
 template <class T>
 RowTransform<T>::~RowTransform() {
-  auto* directed = static_cast<DirectedPlan<T>*>(plan_);
-  Fftw<T>::destroy(directed->plan);
-  delete directed;
+  Fftw<T>::destroy(static_cast<typename Fftw<T>::Plan>(plan_));
 }
 
 template <class T>
-void RowTransform<T>::run(T* row) const {
-  const auto* directed = static_cast<const DirectedPlan<T>*>(plan_);
-  auto* complex = reinterpret_cast<typename Fftw<T>::Complex*>(row);
-  if (directed->forward) {
-    Fftw<T>::execute_r2c(directed->plan, row, complex);
+void RowTransform<T>::run(const T* from, T* to) const {
+  const std::int64_t spectrum = 2 * (length_ / 2 + 1);
+  T* before = scratch<T>(0, spectrum);
+  T* after = scratch<T>(1, spectrum);
+  const auto plan = static_cast<typename Fftw<T>::Plan>(plan_);
+  std::copy_n(from, forward_ ? length_ : spectrum, before);
+  if (forward_) {
+    Fftw<T>::execute_r2c(plan, before, complex(after));
   } else {
-    Fftw<T>::execute_c2r(directed->plan, complex, row);
+    Fftw<T>::execute_c2r(plan, complex(before), after);
   }
+  std::copy_n(after, forward_ ? spectrum : length_, to);
 }
 
 template <class T>

@@ -79,7 +79,7 @@ SlicePlane<T>::SlicePlane(std::int64_t width, std::int64_t height, std::size_t c
     : stride_(plane_stride(width)),
       c_stride_(height),
       channels_(channels),
-      along_y_(height, kColumns, stride_, false, Planning::estimate),
+      along_y_(height, false, Planning::estimate),
       along_x_(width, false, Planning::estimate),
       data_(channels * static_cast<std::size_t>(2 * stride_ * height)) {}
 
@@ -93,15 +93,16 @@ std::int64_t SlicePlane<T>::columns(const SliceView& view) const {
 }
 
 template <class T>
-std::vector<Buffer<T>> SlicePlane<T>::pictures(const SliceView& view, std::int64_t columns) {
+void SlicePlane<T>::pictures(const SliceView& view, std::int64_t columns, std::vector<Buffer<T>>& into) {
   const std::int64_t skip_x = (view.width - view.picture_width) / 2,
                      skip_y = (view.height - view.picture_height) / 2;
-  std::vector<Buffer<T>> planes;
+  into.resize(channels_);
   for (std::size_t c = 0; c < channels_; ++c) {
     parallel_for(0, columns / kColumns, 1, [&](std::int64_t begin, std::int64_t end) {
-      for (auto b = begin; b < end; ++b) along_y_.run(row(c, 0) + 2 * b * kColumns);
+      along_y_.run(row(c, 0) + 2 * begin * kColumns, (end - begin) * kColumns, stride_);
     });
-    Buffer<T> picture(static_cast<std::size_t>(view.picture_width * view.picture_height));
+    Buffer<T>& picture = into[c];
+    picture.resize(static_cast<std::size_t>(view.picture_width * view.picture_height));
     const T scale = static_cast<T>(view.scale);
     parallel_for(0, view.picture_height, kRows, [&](std::int64_t begin, std::int64_t end) {
       for (auto y = begin; y < end; ++y) {
@@ -112,9 +113,7 @@ std::vector<Buffer<T>> SlicePlane<T>::pictures(const SliceView& view, std::int64
         for (std::int64_t x = 0; x < view.picture_width; ++x) to[x] = from[x + skip_x] * scale;
       }
     });
-    planes.push_back(std::move(picture));
   }
-  return planes;
 }
 
 template <class T>
@@ -170,16 +169,19 @@ std::int64_t Projector<T>::slice_row(const SliceView& view, const ChannelWeights
     const auto phase_y = share * (ky == -half_h && unpaired ? std::conj(phases.y[q]) : phases.y[q]);
     for (std::size_t c = 0; c < weights.size(); ++c) {
       T* row = plane.row(c, q);
+      const std::complex<T>* sampled = values.data() + c * static_cast<std::size_t>(count);
+      const std::complex<T>* phase_x = phases.x.data() + std::abs(r.first);
+      // Below 0 lies at most one point.
+      const T turn = r.first < 0 ? T(-1) : T(1);
+      T* target = row + 2 * std::abs(r.first);
       for (std::int64_t i = 0; i < count; ++i) {
-        const auto v = values[c * static_cast<std::size_t>(count) + static_cast<std::size_t>(i)];
-        auto phase = phases.x[std::abs(r.first + i)];
-        if (r.first < 0) phase = std::conj(phase);
+        const auto v = sampled[i];
+        const std::complex<T> phase(phase_x[i].real(), turn * phase_x[i].imag());
         // Written out: the library's product asks each time whether it is infinite.
         const T re = phase.real() * phase_y.real() - phase.imag() * phase_y.imag();
         const T im = phase.real() * phase_y.imag() + phase.imag() * phase_y.real();
-        const std::int64_t column = std::abs(r.first + i);
-        row[2 * column] += v.real() * re - v.imag() * im;
-        row[2 * column + 1] += v.real() * im + v.imag() * re;
+        target[2 * i] += v.real() * re - v.imag() * im;
+        target[2 * i + 1] += v.real() * im + v.imag() * re;
       }
     }
   };
@@ -201,7 +203,8 @@ std::int64_t Projector<T>::slice_row(const SliceView& view, const ChannelWeights
 }
 
 template <class T>
-std::vector<Buffer<T>> Projector<T>::project(const SliceView& view, const ChannelWeights& weights) {
+void Projector<T>::project(const SliceView& view, const ChannelWeights& weights,
+                           std::vector<Buffer<T>>& into) {
   const Timer timer;
   const std::tuple key{view.width, view.height, weights.size()};
   if (!planes_.contains(key)) {
@@ -227,9 +230,8 @@ std::vector<Buffer<T>> Projector<T>::project(const SliceView& view, const Channe
       [](std::int64_t& sum, std::int64_t part) { sum += part; });
   times_.slice += timer.seconds();
   const Timer inverse_timer;
-  auto pictures = plane->pictures(view, columns);
+  plane->pictures(view, columns, into);
   times_.inverse += inverse_timer.seconds();
-  return pictures;
 }
 
 template class SlicePlane<float>;

@@ -24,7 +24,7 @@ class SlicePlane {
   /// Columns from which on all is 0, rounded up to what is transformed together.
   [[nodiscard]] std::int64_t columns(const SliceView& view) const;
   /// Inverse transforms of the first `columns` columns and of the picture's rows; overwrites the plane.
-  [[nodiscard]] std::vector<Buffer<T>> pictures(const SliceView& view, std::int64_t columns);
+  void pictures(const SliceView& view, std::int64_t columns, std::vector<Buffer<T>>& into);
 
  private:
   std::int64_t stride_, c_stride_;
@@ -61,8 +61,13 @@ class Projector {
   /// Points at which the spectrum was resampled so far.
   [[nodiscard]] std::int64_t points() const { return points_; }
 
-  /// \return one plane a row of `weights`, in T
-  [[nodiscard]] std::vector<Buffer<T>> project(const SliceView& view, const ChannelWeights& weights);
+  /// One plane a row of `weights`, in T; what memory `into` has already is used again.
+  void project(const SliceView& view, const ChannelWeights& weights, std::vector<Buffer<T>>& into);
+  [[nodiscard]] std::vector<Buffer<T>> project(const SliceView& view, const ChannelWeights& weights) {
+    std::vector<Buffer<T>> pictures;
+    project(view, weights, pictures);
+    return pictures;
+  }
 
  private:
   const SliceSource<T>& source_;

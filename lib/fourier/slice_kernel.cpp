@@ -5,7 +5,7 @@
 #include <hwy/foreach_target.h>  // before highway.h
 #include <hwy/highway.h>
 
-#include <cmath>
+#include <utility>
 
 #include "fourier/slice_job.h"
 
@@ -13,17 +13,83 @@ HWY_BEFORE_NAMESPACE();
 namespace vol::fourier::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Values of `count` polynomials at s by Horner's rule, rows of coefficients 16 or 32 apart. Products and sums
-// are rounded apart and every lane is for itself, so that all instruction sets give the same bits.
-template <int kCount, int kRow>
-HWY_ATTR HWY_INLINE void polynomials(const float* HWY_RESTRICT coefficients, int degree, float s,
-                                     float* HWY_RESTRICT values) {
+// Products and sums are rounded apart, and everything is added up in an order that does not depend on the
+// number of lanes: all instruction sets give the same bits.
+
+constexpr std::int64_t kBlock = 16;  // points done together; their footprints are on their way meanwhile
+constexpr int kFewTaps = 4;          // up to which a row of taps is one vector of 4 or 8 reals
+
+/// A block's points: where their footprints begin and how far they lie from there.
+struct Block {
+  HWY_ALIGN float s[3][kBlock], sign[kBlock];
+  HWY_ALIGN double offset[kBlock];  // in reals; whole
+};
+
+/// Of large footprints neighbours share most, so only small ones are fetched in advance.
+template <int kTaps>
+HWY_ATTR HWY_INLINE void fetch(const SliceJob& job, const Block& block, std::int64_t count) {
+  if constexpr (kTaps <= kFewTaps) {
+    for (int f = 0; f < job.field_count; ++f) {
+      for (std::int64_t p = 0; p < count; ++p) {
+        const float* slab = job.fields[f] + static_cast<std::int64_t>(block.offset[p]);
+        for (int c = 0; c < kTaps; ++c, slab += job.slab) {
+          const float* row = slab;
+          for (int b = 0; b < kTaps; ++b, row += job.row) hwy::Prefetch(row);
+        }
+      }
+    }
+  }
+}
+
+/// Positions of the points first ... first + kBlock - 1, lanes being points.
+template <int kTaps>
+HWY_ATTR HWY_INLINE void place(const SliceJob& job, std::int64_t first, Block& block) {
+  const hn::CappedTag<double, 8> tag;
+  const hn::Rebind<float, decltype(tag)> narrow;
+  const auto one = hn::Set(tag, 1.0), half = hn::Set(tag, 0.5 * kTaps);
+  const double strides[3] = {2, static_cast<double>(job.row), static_cast<double>(job.slab)};
+  for (std::int64_t l = 0; l < kBlock; l += static_cast<std::int64_t>(hn::Lanes(tag))) {
+    const auto i = hn::Iota(tag, static_cast<double>(first + l));
+    const auto gx = hn::Add(hn::Set(tag, job.start[0]), hn::Mul(i, hn::Set(tag, job.step[0])));
+    const auto mirror = hn::IfThenElse(hn::Lt(gx, hn::Zero(tag)), hn::Neg(one), one);
+    auto offset = hn::Zero(tag);
+    for (int a = 0; a < 3; ++a) {
+      const auto g = hn::Add(hn::Set(tag, job.start[a]), hn::Mul(i, hn::Set(tag, job.step[a])));
+      const auto from = hn::Sub(hn::Mul(mirror, g), half);
+      const auto below = hn::Floor(from);
+      const auto within = hn::Sub(from, below);
+      hn::Store(hn::DemoteTo(narrow, hn::Sub(hn::Add(within, within), one)), narrow, block.s[a] + l);
+      offset = hn::Add(offset, hn::Mul(hn::Set(tag, strides[a]), hn::Add(below, one)));  // whole: exact
+    }
+    hn::Store(offset, tag, block.offset + l);
+    hn::Store(hn::DemoteTo(narrow, mirror), narrow, block.sign + l);
+  }
+}
+
+/// The polynomials of all taps at kBlock places by Horner's rule, lanes being points: weight(t, l, values).
+template <int kTaps, class Tag, class Weight>
+HWY_ATTR HWY_INLINE void weigh(Tag tag, const SliceJob& job, const float* HWY_RESTRICT s,
+                               const Weight& weight) {
+  for (std::int64_t l = 0; l < kBlock; l += static_cast<std::int64_t>(hn::Lanes(tag))) {
+    const auto at = hn::Load(tag, s + l);
+    for (int t = 0; t < kTaps; ++t) {
+      auto v = hn::Set(tag, job.single[job.degree * kMostTaps + t]);
+      for (int d = job.degree - 1; d >= 0; --d)
+        v = hn::Add(hn::Mul(v, at), hn::Set(tag, job.single[d * kMostTaps + t]));
+      weight(t, l, v);
+    }
+  }
+}
+
+/// The same at one place, every tap twice, lanes being taps.
+template <int kCount>
+HWY_ATTR HWY_INLINE void weigh_pairs(const SliceJob& job, float s, float* HWY_RESTRICT values) {
   const hn::CappedTag<float, (kCount <= 4 ? 4 : kCount <= 8 ? 8 : 16)> tag;
   const auto at = hn::Set(tag, s);
   for (std::size_t l = 0; l < kCount; l += hn::Lanes(tag)) {
-    auto v = hn::Load(tag, coefficients + degree * kRow + l);
-    for (int d = degree - 1; d >= 0; --d)
-      v = hn::Add(hn::Mul(v, at), hn::Load(tag, coefficients + d * kRow + l));
+    auto v = hn::Load(tag, job.pairs + job.degree * 2 * kMostTaps + l);
+    for (int d = job.degree - 1; d >= 0; --d)
+      v = hn::Add(hn::Mul(v, at), hn::Load(tag, job.pairs + d * 2 * kMostTaps + l));
     hn::Store(v, tag, values + l);
   }
 }
@@ -34,54 +100,42 @@ template <int kTaps>
 HWY_ATTR void points(const SliceJob& job) {
   constexpr std::size_t kReals = 2 * kTaps <= 4 ? 4 : (2 * kTaps + 7) / 8 * 8;
   const hn::CappedTag<float, (kReals % 16 == 0 ? 16 : kReals % 8 == 0 ? 8 : 4)> tag;
+  const hn::CappedTag<float, kBlock> across;
   using V = hn::Vec<decltype(tag)>;
   constexpr std::size_t kLanes = hn::MaxLanes(tag);
   constexpr std::size_t kVectors = kReals / kLanes;
-  // Points are done in blocks: positions and the lines of memory they need first, so that these are on their
-  // way while the weights are made.
-  constexpr int kBlock = 8;
-  alignas(64) float wx[kBlock][2 * kMostTaps], wy[kBlock][kMostTaps], wz[kBlock][kMostTaps],
+  HWY_ALIGN float wx[kBlock][2 * kMostTaps], wyz[kTaps * kTaps][kBlock], wy[kTaps][kBlock],
       folded[2 * kMostTaps];
-  std::int64_t offset[kBlock];
-  float s[kBlock][3], sign[kBlock];
-  for (std::int64_t first = 0; first < job.count; first += kBlock) {
-    const int block = static_cast<int>(job.count - first < kBlock ? job.count - first : kBlock);
-    for (int p = 0; p < block; ++p) {
-      const auto i = static_cast<double>(first + p);
-      const double gx = job.start[0] + i * job.step[0];
-      const double mirror = gx < 0 ? -1.0 : 1.0;
-      const double from[3] = {mirror * gx - 0.5 * kTaps,
-                              mirror * (job.start[1] + i * job.step[1]) - 0.5 * kTaps,
-                              mirror * (job.start[2] + i * job.step[2]) - 0.5 * kTaps};
-      const double below[3] = {std::floor(from[0]), std::floor(from[1]), std::floor(from[2])};
-      for (int a = 0; a < 3; ++a) s[p][a] = static_cast<float>(2 * (from[a] - below[a]) - 1);
-      offset[p] = 2 * (static_cast<std::int64_t>(below[0]) + 1) +
-                  job.row * (static_cast<std::int64_t>(below[1]) + 1) +
-                  job.slab * (static_cast<std::int64_t>(below[2]) + 1);
-      sign[p] = static_cast<float>(mirror);
-      if constexpr (kTaps <= 4) {  // of larger footprints neighbours share most
-        for (int f = 0; f < job.field_count; ++f) {
-          for (int c = 0; c < kTaps; ++c) {
-            const float* row = job.fields[f] + offset[p] + c * job.slab;
-            for (int b = 0; b < kTaps; ++b, row += job.row) hwy::Prefetch(row);
-          }
-        }
-      }
+  Block blocks[2];
+  Block *now = &blocks[0], *next = &blocks[1];
+  const auto in_block = [&](std::int64_t first) {
+    return job.count - first < kBlock ? job.count - first : kBlock;
+  };
+  place<kTaps>(job, 0, *now);
+  fetch<kTaps>(job, *now, in_block(0));
+  for (std::int64_t first = 0; first < job.count; first += kBlock, std::swap(now, next)) {
+    const std::int64_t count = in_block(first);
+    if (first + kBlock < job.count) {
+      place<kTaps>(job, first + kBlock, *next);
+      fetch<kTaps>(job, *next, in_block(first + kBlock));
     }
-    for (int p = 0; p < block; ++p) {
-      polynomials<2 * kTaps, 2 * kMostTaps>(job.pairs, job.degree, s[p][0], wx[p]);
-      polynomials<kTaps, kMostTaps>(job.single, job.degree, s[p][1], wy[p]);
-      polynomials<kTaps, kMostTaps>(job.single, job.degree, s[p][2], wz[p]);
-    }
+    weigh<kTaps>(across, job, now->s[1],
+                 [&](int t, std::int64_t l, auto v) HWY_ATTR { hn::Store(v, across, wy[t] + l); });
+    weigh<kTaps>(across, job, now->s[2], [&](int t, std::int64_t l, auto v) HWY_ATTR {
+      for (int b = 0; b < kTaps; ++b)
+        hn::Store(hn::Mul(hn::Load(across, wy[b] + l), v), across, wyz[t * kTaps + b] + l);
+    });
+    for (std::int64_t p = 0; p < count; ++p) weigh_pairs<2 * kTaps>(job, now->s[0][p], wx[p]);
     for (int f = 0; f < job.field_count; ++f) {
-      for (int p = 0; p < block; ++p) {
-        const float* HWY_RESTRICT corner = job.fields[f] + offset[p];
+      float* HWY_RESTRICT out = job.out + 2 * (f * job.count + first);
+      for (std::int64_t p = 0; p < count; ++p) {
+        const float* HWY_RESTRICT slab = job.fields[f] + static_cast<std::int64_t>(now->offset[p]);
         V sum[kVectors];
         for (std::size_t v = 0; v < kVectors; ++v) sum[v] = hn::Zero(tag);
-        for (int c = 0; c < kTaps; ++c) {
-          const float* HWY_RESTRICT row = corner + c * job.slab;
+        for (int c = 0; c < kTaps; ++c, slab += job.slab) {
+          const float* HWY_RESTRICT row = slab;
           for (int b = 0; b < kTaps; ++b, row += job.row) {
-            const auto weight = hn::Set(tag, wy[p][b] * wz[p][c]);
+            const auto weight = hn::Set(tag, wyz[c * kTaps + b][p]);
             for (std::size_t v = 0; v < kVectors; ++v) {
               sum[v] = hn::Add(sum[v], hn::Mul(weight, hn::LoadU(tag, row + v * kLanes)));
             }
@@ -95,9 +149,8 @@ HWY_ATTR void points(const SliceJob& job) {
           re += folded[2 * t];
           im += folded[2 * t + 1];
         }
-        float* out = job.out + 2 * (f * job.count + first + p);
-        out[0] = re;
-        out[1] = sign[p] * im;
+        out[2 * p] = re;
+        out[2 * p + 1] = now->sign[p] * im;
       }
     }
   }

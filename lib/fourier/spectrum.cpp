@@ -5,7 +5,6 @@
 #include <complex>
 #include <limits>
 #include <numbers>
-#include <optional>
 
 #include "base/checked.h"
 #include "base/error.h"
@@ -13,8 +12,6 @@
 
 namespace vol::fourier {
 namespace {
-
-constexpr std::int64_t kColumns = 32;  // columns transformed together: a cache line's worth and more
 
 /// exp(sign 2 pi i k c / M), for k = first, first + 1, ...; the angle is reduced exactly: 2 k c is whole.
 std::vector<std::complex<double>> phases(std::int64_t first, std::int64_t count, std::int64_t n,
@@ -45,24 +42,6 @@ std::vector<double> axis_compensation(const Filter& filter, std::int64_t n, std:
 double centring_sign(std::int64_t i, std::int64_t m) {
   return m % 2 == 0 && i % 2 != 0 ? -1.0 : 1.0;
 }
-
-/// The columns [0, total) in batches of kColumns, the last one narrower.
-template <class T>
-struct Columns {
-  std::int64_t total;
-  ColumnTransform<T> full;
-  std::optional<ColumnTransform<T>> rest;
-  Columns(std::int64_t length, std::int64_t all, std::int64_t stride, bool forward, Planning planning)
-      : total(all), full(length, std::min(all, kColumns), stride, forward, planning) {
-    if (all > kColumns && all % kColumns != 0)
-      rest.emplace(length, all % kColumns, stride, forward, planning);
-  }
-  void run(T* data) const {
-    for (std::int64_t c = 0; c < total; c += kColumns) {
-      (rest && total - c < kColumns ? *rest : full).run(data + 2 * c);
-    }
-  }
-};
 
 /// Sizes of a spectrum and its strides, in real numbers.
 struct Layout {
@@ -200,8 +179,7 @@ Buffer<T> transform_field(const SpectrumInfo& info, const RowSource& source, Pla
   const Layout l(info);
   const Compensation c = compensation_of(info);
   const RowTransform<T> along_x(l.m[0], true, planning);
-  const Columns<T> along_y(l.m[1], l.row / 2, l.row / 2, true, planning);
-  const Columns<T> along_z(l.m[2], l.row / 2, l.slab / 2, true, planning);
+  const ColumnTransform<T> along_y(l.m[1], true, planning), along_z(l.m[2], true, planning);
   Buffer<T> data(static_cast<std::size_t>(l.slab * l.m[2]));
 
   parallel_for(0, l.m[2], 1, [&](std::int64_t begin, std::int64_t end) {
@@ -218,7 +196,7 @@ Buffer<T> transform_field(const SpectrumInfo& info, const RowSource& source, Pla
         std::fill(row + l.n[0], row + l.row, T{0});
         along_x.run(row);
       }
-      along_y.run(slab);
+      along_y.run(slab, l.row / 2, l.row / 2);
       if (l.m[1] % 2 != 0) rotate_rows(slab, l.m[1], l.row, true);
     }
   });
@@ -226,7 +204,7 @@ Buffer<T> transform_field(const SpectrumInfo& info, const RowSource& source, Pla
   parallel_for(0, l.m[1], 1, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t j = begin; j < end; ++j) {
       T* rows = data.data() + j * l.row;
-      along_z.run(rows);
+      along_z.run(rows, l.row / 2, l.slab / 2);
       if (l.m[2] % 2 != 0) rotate_slabs(rows, l, true);
       finite[j] = apply_phase(rows, l, j, +1) ? 1 : 0;
     }
@@ -251,8 +229,7 @@ volume::Grid<T> inverse(Spectrum<T>& spectrum, std::size_t field, Planning plann
   const Layout l(spectrum.info);
   const Compensation c = compensation_of(spectrum.info);
   const RowTransform<T> along_x(l.m[0], false, planning);
-  const Columns<T> along_y(l.m[1], l.row / 2, l.row / 2, false, planning);
-  const Columns<T> along_z(l.m[2], l.row / 2, l.slab / 2, false, planning);
+  const ColumnTransform<T> along_y(l.m[1], false, planning), along_z(l.m[2], false, planning);
   Buffer<T>& data = spectrum.fields.at(field);
   std::vector<char> finite(static_cast<std::size_t>(std::max(l.m[1], l.n[2])), 1);
   parallel_for(0, l.m[1], 1, [&](std::int64_t begin, std::int64_t end) {
@@ -260,7 +237,7 @@ volume::Grid<T> inverse(Spectrum<T>& spectrum, std::size_t field, Planning plann
       T* rows = data.data() + j * l.row;
       finite[j] = apply_phase(rows, l, j, -1) ? 1 : 0;
       if (l.m[2] % 2 != 0) rotate_slabs(rows, l, false);
-      along_z.run(rows);
+      along_z.run(rows, l.row / 2, l.slab / 2);
     }
   });
   require_finite(finite, "the spectrum holds a number that is not finite");
@@ -271,7 +248,7 @@ volume::Grid<T> inverse(Spectrum<T>& spectrum, std::size_t field, Planning plann
     for (std::int64_t k = begin; k < end; ++k) {
       T* slab = data.data() + k * l.slab;
       if (l.m[1] % 2 != 0) rotate_rows(slab, l.m[1], l.row, false);
-      along_y.run(slab);
+      along_y.run(slab, l.row / 2, l.row / 2);
       for (std::int64_t j = 0; j < l.n[1]; ++j) {
         T* row = slab + j * l.row;
         along_x.run(row);

@@ -176,7 +176,9 @@ std::vector<Buffer<float>> GpuProjector::project(const fourier::SliceView& view,
       }
       times_.read_back += read_timer.seconds();
       const Timer inverse_timer;
-      pictures.push_back(std::move(plane.host->pictures(view, columns)[0]));
+      std::vector<Buffer<float>> one;
+      plane.host->pictures(view, columns, one);
+      pictures.push_back(std::move(one[0]));
       times_.inverse += inverse_timer.seconds();
       continue;
     }
