@@ -1,0 +1,112 @@
+#!/usr/bin/python3
+"""Contact sheets of `fourier`: what the paper's Figures 4.2 to 4.9 show (filters, with what each is wrong by), and models: shading,
+bands, edges, and a turn."""
+
+import argparse
+import json
+import pathlib
+import tempfile
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy  # noqa: E402
+
+import fourier  # noqa: E402
+import sweep  # noqa: E402
+
+FILTERS = [("nearest", 1, False, "4.2: nearest"), ("trilinear", 1, False, "4.4: trilinear"),
+           ("trilinear", 1, True, "4.5: the same, compensated"), ("catmull-rom-fast", 1, True, "4.8: the paper's cubic, compensated"),
+           ("catmull-rom", 1, False, "Catmull-Rom, 64 samples"), ("trilinear", 2, False, "4.9: trilinear, padding 2"),
+           ("es:6", 2, True, "es:6, padding 2")]
+TURN = 6
+
+
+def sheet(rows, path):
+    """Rows of (title, picture, largest value shown)."""
+    columns = max(len(row) for row in rows)
+    figure, grid = plt.subplots(len(rows), columns, figsize=(1.9 * columns, 2.1 * len(rows)), squeeze=False, constrained_layout=True)
+    for axes in grid.flat:
+        axes.axis("off")
+    for line, row in zip(grid, rows):
+        for axes, (title, picture, largest) in zip(line, row):
+            axes.set_title(title, fontsize=6.5)
+            if picture.ndim == 3:
+                axes.imshow(numpy.clip(picture / largest, 0, 1) ** (1 / 2.2), interpolation="nearest")
+            elif largest is None:  # an error: grey is none
+                most = abs(picture).max()
+                axes.imshow(picture, cmap="RdBu", vmin=-most, vmax=most, interpolation="nearest")
+            else:
+                axes.imshow(numpy.clip(picture / largest, 0, 1) ** (1 / 2.2), cmap="gray", vmin=0, vmax=1, interpolation="nearest")
+    figure.savefig(path, dpi=130, metadata={"Software": None})
+    plt.close(figure)
+
+
+def filters(tools, config, volume, dataset, size):
+    path, _ = tools.resampled(volume, size)
+    views, width = [config["oblique"], "90,0"], fourier.pixels(config, size)
+    spectrum, _ = tools.spectrum(path, 2, "es:12", "--type", "f64")
+    truth = tools.pictures(spectrum, views, width)[0]
+    shown, wrong = [(f"{dataset}, {size}$^3$: truth", truth[0], truth[0].max())], [("4.3: 90 degrees, exact", truth[1], truth[1].max())]
+    for name, padding, compensated, title in FILTERS:
+        spectrum, _ = tools.spectrum(path, padding, name if compensated else "none")
+        picture = tools.pictures(spectrum, views, width, "--filter", name)[0][0]
+        shown.append((title, picture, truth[0].max()))
+        wrong.append((f"error, up to {abs(picture - truth[0]).max() / truth[0].max():.2g}", picture - truth[0], None))
+    return [shown, wrong]
+
+
+def models(tools, config, volume, dataset, size):
+    path, voxels = tools.resampled(volume, size)
+    view, width = [config["oblique"]], size * 5 // 4
+    top = float(voxels.max())
+
+    def drawn(options, *render, title):
+        spectrum, _ = tools.spectrum(path, 2, "es:6", *options)
+        picture = tools.pictures(spectrum, view, width, *render)[0][0]
+        return f"{dataset}: {title}", picture, picture.max()
+
+    row = [drawn((), title="plain"), drawn(("--shading", "depth-cue"), title="depth cue"),
+           drawn(("--shading", "directional"), "--light", "0.6,0.6,0.5", title="directional light"),
+           drawn(("--edges",), title="Canny edges")]
+    bands = [f"{top * lo:g}:{top * hi:g}" for lo, hi in ((0.08, 0.25), (0.25, 0.5), (0.5, 1))]
+    spectrum, _ = tools.spectrum(path, 2, "es:6", "--bands", ",".join(bands))
+    weights, channels = [1, 1, 2], [[0.9, 0.4, 0.1], [0.3, 0.8, 0.2], [0.2, 0.5, 1.0]]
+    planes = [tools.pictures(spectrum, view, width, "--band-weights", ",".join(str(w * c[k]) for w, c in zip(weights, channels)))[0][0]
+              for k in range(3)]
+    colour = numpy.stack(planes, axis=-1)
+    row.append((f"{dataset}: three bands", colour, colour.max()))
+    return row
+
+
+def turn(tools, volume, dataset, size):
+    path, _ = tools.resampled(volume, size)
+    spectrum, _ = tools.spectrum(path, 2, "es:6")
+    width = size * 5 // 4
+    views = [f"{360 * i / TURN:g},15" for i in range(TURN)]
+    found = tools.pictures(spectrum, views, width)[0]
+    return [(f"{dataset}, {v}", picture, found.max()) for v, picture in zip(views, found)]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("settings")
+    parser.add_argument("--bin", required=True)
+    parser.add_argument("-o", "--output", required=True, help="folder")
+    arguments = parser.parse_args()
+    settings = json.loads(pathlib.Path(arguments.settings).read_text())
+    config = settings["sweep"]
+    size = min(128, max(config["sizes"]))
+    with tempfile.TemporaryDirectory(dir=settings["out"]) as folder:
+        tools = fourier.Tools(arguments.bin, folder)
+        volumes = {d: sweep.volume(d, settings["out"]) for d in settings["datasets"]}
+        first = "head" if "head" in volumes else next(iter(volumes))
+        sheet(filters(tools, config, volumes[first], first, size), pathlib.Path(arguments.output) / "pictures.png")
+        rows = [models(tools, config, volume, name, size) for name, volume in volumes.items()]
+        last = "bonsai" if "bonsai" in volumes else first
+        sheet([*rows, turn(tools, volumes[last], last, size)], pathlib.Path(arguments.output) / "models.png")
+
+
+if __name__ == "__main__":
+    main()
