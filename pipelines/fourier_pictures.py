@@ -34,7 +34,7 @@ def sheet(rows, path):
             axes.set_title(title, fontsize=6.5)
             if picture.ndim == 3:
                 axes.imshow(numpy.clip(picture / largest, 0, 1) ** (1 / 2.2), interpolation="nearest")
-            elif largest is None:  # an error: grey is none
+            elif largest is None:  # an error: white is none
                 most = abs(picture).max()
                 axes.imshow(picture, cmap="RdBu", vmin=-most, vmax=most, interpolation="nearest")
             else:
@@ -59,7 +59,7 @@ def filters(tools, config, volume, dataset, size):
 
 def models(tools, config, volume, dataset, size):
     path, voxels = tools.resampled(volume, size)
-    view, width = [config["oblique"]], size * 5 // 4
+    view, width = [config["oblique"]], fourier.pixels(config, size)  # so that nothing wraps around
     top = float(voxels.max())
 
     def drawn(options, *render, title):
@@ -80,10 +80,10 @@ def models(tools, config, volume, dataset, size):
     return row
 
 
-def turn(tools, volume, dataset, size):
+def turn(tools, config, volume, dataset, size):
     path, _ = tools.resampled(volume, size)
     spectrum, _ = tools.spectrum(path, 2, "es:6")
-    width = size * 5 // 4
+    width = fourier.pixels(config, size)
     views = [f"{360 * i / TURN:g},15" for i in range(TURN)]
     found = tools.pictures(spectrum, views, width)[0]
     return [(f"{dataset}, {v}", picture, found.max()) for v, picture in zip(views, found)]
@@ -105,7 +105,7 @@ def main():
         sheet(filters(tools, config, volumes[first], first, size), pathlib.Path(arguments.output) / "pictures.png")
         rows = [models(tools, config, volume, name, size) for name, volume in volumes.items()]
         last = "bonsai" if "bonsai" in volumes else first
-        sheet([*rows, turn(tools, volumes[last], last, size)], pathlib.Path(arguments.output) / "models.png")
+        sheet([*rows, turn(tools, config, volumes[last], last, size)], pathlib.Path(arguments.output) / "models.png")
 
 
 if __name__ == "__main__":
