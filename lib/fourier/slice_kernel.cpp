@@ -18,6 +18,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr std::int64_t kBlock = 16;  // points done together; their footprints are on their way meanwhile
 constexpr int kFewTaps = 4;          // up to which a row of taps is one vector of 4 or 8 reals
+constexpr bool kVectorFold = HWY_TARGET != HWY_SCALAR;
 
 /// A block's points: where their footprints begin and how far they lie from there.
 struct Block {
@@ -94,6 +95,51 @@ HWY_ATTR HWY_INLINE void weigh_pairs(const SliceJob& job, float s, float* HWY_RE
   }
 }
 
+#if HWY_TARGET == HWY_SCALAR
+struct FewWeights {};
+#else
+/// The x weights of few taps, as fold_few() reads them: taps 0 and 1 of all points, then 2 and 3; twice each,
+/// for real and imaginary part, the second with the sign of a mirrored point.
+struct FewWeights {
+  HWY_ALIGN float pairs[2][4 * kBlock];
+};
+
+template <int kTaps>
+HWY_ATTR HWY_INLINE void weigh_few(const SliceJob& job, const Block& block, FewWeights& few) {
+  const hn::CappedTag<float, kBlock> tag;
+  HWY_ALIGN float w[kFewTaps][kBlock] = {};  // 0 for taps that are none
+  weigh<kTaps>(tag, job, block.s[0],
+               [&](int t, std::int64_t l, auto v) HWY_ATTR { hn::Store(v, tag, w[t] + l); });
+  for (int half = 0; half < (kTaps + 1) / 2; ++half) {
+    for (std::int64_t l = 0; l < kBlock; l += static_cast<std::int64_t>(hn::Lanes(tag))) {
+      const auto even = hn::Load(tag, w[2 * half] + l), odd = hn::Load(tag, w[2 * half + 1] + l);
+      const auto sign = hn::Load(tag, block.sign + l);
+      hn::StoreInterleaved4(even, hn::Mul(even, sign), odd, hn::Mul(odd, sign), tag, few.pairs[half] + 4 * l);
+    }
+  }
+}
+
+/// Point p of a row sum of 4 or 8 reals: (tap 0 + tap 2) + (tap 1 + tap 3).
+template <class V, std::size_t kVectors>
+HWY_ATTR HWY_INLINE void fold_few(const V (&sum)[kVectors], const FewWeights& few, std::int64_t p,
+                                  float* HWY_RESTRICT out) {
+  const hn::FixedTag<float, 4> four;
+  const hn::FixedTag<float, 2> two;
+  const auto low = hn::Load(four, few.pairs[0] + 4 * p);
+  auto x = hn::Zero(four);
+  if constexpr (kVectors == 2) {
+    x = hn::Add(hn::Mul(sum[0], low), hn::Mul(sum[1], hn::Load(four, few.pairs[1] + 4 * p)));
+  } else if constexpr (hn::MaxLanes(hn::DFromV<V>()) == 8) {
+    x = hn::Add(hn::Mul(hn::LowerHalf(four, sum[0]), low),
+                hn::Mul(hn::UpperHalf(four, sum[0]), hn::Load(four, few.pairs[1] + 4 * p)));
+  } else {
+    x = hn::Mul(sum[0], low);
+  }
+  hn::Store(hn::LowerHalf(two, hn::Add(x, hn::Shuffle1032(x))), two, out + 2 * p);
+}
+
+#endif
+
 // One row of taps is 2 kTaps neighbouring floats (re, im, re, im ...): they are added up over the rows as
 // they stand, weighted by y and z, and only the sum is weighted by x and folded.
 template <int kTaps>
@@ -106,6 +152,7 @@ HWY_ATTR void points(const SliceJob& job) {
   constexpr std::size_t kVectors = kReals / kLanes;
   HWY_ALIGN float wx[kBlock][2 * kMostTaps], wyz[kTaps * kTaps][kBlock], wy[kTaps][kBlock],
       folded[2 * kMostTaps];
+  FewWeights few;
   Block blocks[2];
   Block *now = &blocks[0], *next = &blocks[1];
   const auto in_block = [&](std::int64_t first) {
@@ -125,7 +172,11 @@ HWY_ATTR void points(const SliceJob& job) {
       for (int b = 0; b < kTaps; ++b)
         hn::Store(hn::Mul(hn::Load(across, wy[b] + l), v), across, wyz[t * kTaps + b] + l);
     });
-    for (std::int64_t p = 0; p < count; ++p) weigh_pairs<2 * kTaps>(job, now->s[0][p], wx[p]);
+    if constexpr (kVectorFold && kTaps <= kFewTaps) {
+      weigh_few<kTaps>(job, *now, few);
+    } else {
+      for (std::int64_t p = 0; p < count; ++p) weigh_pairs<2 * kTaps>(job, now->s[0][p], wx[p]);
+    }
     for (int f = 0; f < job.field_count; ++f) {
       float* HWY_RESTRICT out = job.out + 2 * (f * job.count + first);
       for (std::int64_t p = 0; p < count; ++p) {
@@ -141,16 +192,25 @@ HWY_ATTR void points(const SliceJob& job) {
             }
           }
         }
-        for (std::size_t v = 0; v < kVectors; ++v) {
-          hn::Store(hn::Mul(sum[v], hn::Load(tag, wx[p] + v * kLanes)), tag, folded + v * kLanes);
+        if constexpr (kVectorFold && kTaps <= kFewTaps) {
+          fold_few(sum, few, p, out);
+        } else {
+          for (std::size_t v = 0; v < kVectors; ++v) {
+            hn::Store(hn::Mul(sum[v], hn::Load(tag, wx[p] + v * kLanes)), tag, folded + v * kLanes);
+          }
+          float re = folded[0], im = folded[1];
+          if constexpr (kTaps == 3 || kTaps == 4) {  // as fold_few()
+            re = (re + folded[4]) + (kTaps == 3 ? folded[2] : folded[2] + folded[6]);
+            im = (im + folded[5]) + (kTaps == 3 ? folded[3] : folded[3] + folded[7]);
+          } else {
+            for (int t = 1; t < kTaps; ++t) {
+              re += folded[2 * t];
+              im += folded[2 * t + 1];
+            }
+          }
+          out[2 * p] = re;
+          out[2 * p + 1] = now->sign[p] * im;
         }
-        float re = folded[0], im = folded[1];
-        for (int t = 1; t < kTaps; ++t) {
-          re += folded[2 * t];
-          im += folded[2 * t + 1];
-        }
-        out[2 * p] = re;
-        out[2 * p + 1] = now->sign[p] * im;
       }
     }
   }
