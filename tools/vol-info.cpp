@@ -10,6 +10,7 @@
 #include "cli/sha256.h"
 #include "cli/volume_input.h"
 #include "io/index.h"
+#include "io/spectrum.h"
 #include "io/vdb.h"
 #include "io/volume.h"
 #include "volume/statistics.h"
@@ -115,6 +116,23 @@ ordered_json describe(const wavelet::Decomposition<T>& d) {
   return info;
 }
 
+ordered_json describe(const io::SpectrumHeader& header) {
+  const fourier::SpectrumInfo& s = header.info;
+  ordered_json info;
+  add_geometry(info, s.geometry);
+  info["padding"] = s.padding;
+  info["padded"] = s.padded;
+  info["frequencies"] = {s.row_length(), s.padded[1], s.padded[2]};
+  info["compensation"] = s.compensation;
+  info["model"] = s.model;
+  info["spectra"] = s.names;
+  info["type"] = header.is_double ? "complex f64" : "complex f32";
+  info["spectrum_bytes"] =
+      header.is_double ? fourier::spectrum_bytes<double>(s) : fourier::spectrum_bytes<float>(s);
+  info["attributes"] = s.attributes;
+  return info;
+}
+
 ordered_json examine(const std::string& path, const Options& o, cli::Record& record) {
   io::InputFile file(path);
   const bool vdb = o.input.raw_dims.empty() && io::is_vdb(file.peek(8));
@@ -128,6 +146,12 @@ ordered_json examine(const std::string& path, const Options& o, cli::Record& rec
     info["holds"] = "wavelet coefficients";
     info.update(std::visit([](const auto& d) { return describe(d); }, coefficients.decomposition));
     info["attributes"] = coefficients.attributes;
+    return info;
+  }
+  if (o.input.raw_dims.empty() && io::is_spectrum(file)) {
+    record.input(path);
+    info["holds"] = "spectrum";
+    info.update(describe(record.timed("read", [&] { return io::read_spectrum_header(file); })));
     return info;
   }
   const auto volume = cli::load(file, o.input, record);
@@ -189,10 +213,11 @@ int main(int argc, char** argv) {
   Options o;
   CLI::App app{
       "Says what files hold: format, size, type, geometry, range, mean, provenance; of wavelet coefficients "
-      "the subbands.\n"
+      "the subbands, of spectra padding, filter and model.\n"
       "--checksum adds a hash of the content, which does not depend on the file format."};
   app.add_option("files", o.files,
-                 "Volumes, index volumes or coefficients (.nrrd .nhdr .mha .mhd .vti .vtk .nii .vdb or raw); "
+                 "Volumes, index volumes, coefficients or spectra (.nrrd .nhdr .mha .mhd .vti .vtk .nii .vdb "
+                 "or raw); "
                  "- is standard input")
       ->required()
       ->group("Files");

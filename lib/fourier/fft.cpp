@@ -174,16 +174,6 @@ std::string wisdom() {
   return text.get();
 }
 
-std::int64_t next_fast_size(std::int64_t n, bool same_parity) {
-  for (std::int64_t size = n;; size += same_parity ? 2 : 1) {
-    std::int64_t rest = size;
-    for (const int prime : {2, 3, 5, 7}) {
-      while (rest % prime == 0) rest /= prime;
-    }
-    if (rest == 1) return size;
-  }
-}
-
 template class ColumnTransform<float>;
 template class ColumnTransform<double>;
 template class RowTransform<float>;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <limits>
 #include <numbers>
 
 #include "base/checked.h"
@@ -102,63 +101,12 @@ void require_finite(const std::vector<char>& parts, const char* else_say) {
 
 }  // namespace
 
-std::int64_t SpectrumInfo::count() const {
-  return checked_product(checked_product(row_length(), padded[1]), padded[2]);
-}
-
-void SpectrumInfo::validate() const {
-  geometry.validate();
-  (void)checked_count(padded);
-  if (!(padding >= 1 && padding <= 16)) throw Error("padding is not between 1 and 16");
-  for (int a = 0; a < 3; ++a) {
-    if (padded[a] < geometry.dims[a]) throw Error("a spectrum is smaller than its volume");
-    if (padded[a] > std::numeric_limits<int>::max())
-      throw Error("a spectrum is larger than FFTW can make one");
-    const std::int64_t size = padded_size(geometry.dims[a], padding);
-    if (padded[a] != size) {
-      throw Error(std::to_string(geometry.dims[a]) + " samples, padded, are " + std::to_string(size) +
-                  ", not " + std::to_string(padded[a]));
-    }
-  }
-  if (names.empty()) throw Error("a spectrum file without spectra");
-  const std::size_t given = names.size();
-  const auto require_names = [&](std::size_t least, std::size_t most) {
-    if (given < least || given > most) {
-      throw Error("a " + model + " file has " + std::to_string(least) +
-                  (most == least ? "" : " to " + std::to_string(most)) +
-                  (most == 1 ? " spectrum" : " spectra") + ", this one " + std::to_string(given));
-    }
-  };
-  if (model == "plain") {
-    require_names(1, 1);
-  } else if (model == "depth-cue" || model == "directional") {
-    require_names(4, 4);
-  } else if (model == "bezier") {
-    require_names(1, 16);
-  } else if (model != "bands") {
-    throw Error("spectrum of an unknown model; plain, depth-cue, directional, bezier and bands are known");
-  }
-  if (compensation != "none") (void)Filter(compensation, padding);
-}
-
-std::int64_t padded_size(std::int64_t n, double padding) {
-  const double exact = static_cast<double>(n) * padding;
-  const auto size = static_cast<std::int64_t>(std::ceil(exact));
-  return padding == std::floor(padding) ? size : next_fast_size(size);
-}
-
 Compensation compensation(const Filter& filter, const Dims& dims, const Dims& padded) {
   Compensation c{axis_compensation(filter, dims[0], padded[0]), axis_compensation(filter, dims[1], padded[1]),
                  axis_compensation(filter, dims[2], padded[2])};
   const auto largest = [](const std::vector<double>& v) { return *std::max_element(v.begin(), v.end()); };
   c.largest = largest(c.x) * largest(c.y) * largest(c.z);
   return c;
-}
-
-template <class T>
-std::int64_t spectrum_bytes(const SpectrumInfo& info) {
-  return checked_product(checked_product(info.count(), 2 * sizeof(T)),
-                         static_cast<std::int64_t>(info.names.size()));
 }
 
 namespace {
@@ -267,8 +215,6 @@ volume::Grid<T> inverse(Spectrum<T>& spectrum, std::size_t field, Planning plann
   return grid;
 }
 
-template std::int64_t spectrum_bytes<float>(const SpectrumInfo&);
-template std::int64_t spectrum_bytes<double>(const SpectrumInfo&);
 template Spectrum<float> transform(const SpectrumInfo&, const std::vector<RowSource>&, Planning);
 template Spectrum<double> transform(const SpectrumInfo&, const std::vector<RowSource>&, Planning);
 template volume::Grid<float> inverse(Spectrum<float>&, std::size_t, Planning);

@@ -32,8 +32,7 @@ std::map<std::string, std::string> keys_of(const fourier::SpectrumInfo& info) {
   std::string direction, names;
   for (int c = 0; c < 3; ++c) direction += (c > 0 ? " " : "") + shortest(Vec3(g.direction.col(c)));
   for (const auto& name : info.names) names += (names.empty() ? "" : "\n") + name;
-  return {{kKind, "spectrum"},
-          {kPrefix + "dims", three(g.dims)},
+  return {{kPrefix + "dims", three(g.dims)},
           {kPrefix + "spacing", shortest(g.spacing)},
           {kPrefix + "origin", shortest(g.origin)},
           {kPrefix + "direction", direction},
@@ -130,13 +129,13 @@ void write_spectrum(const std::filesystem::path& path, const fourier::Spectrum<T
                        std::to_string(info.padded[2]);
   if (several) header += " " + std::to_string(info.names.size());
   header += std::string("\nkinds: complex domain domain domain") + (several ? " list" : "") +
-            "\nendian: little\nencoding: raw\n";
+            "\nendian: little\nencoding: raw\n" + kKind + ":=spectrum\n";  // early, for is_spectrum()
   auto all = info.attributes;
   for (const auto& [key, value] : attributes) all[key] = value;
   for (const auto& [key, value] : keys_of(info)) all[key] = value;
   for (const auto& [key, value] : all) {
     // A volume's attribute that the syntax cannot hold is no loss to its spectrum.
-    if (key.empty() || key[0] == '#' || key.find(':') != std::string::npos ||
+    if (key == kKind || key.empty() || key[0] == '#' || key.find(':') != std::string::npos ||
         value.find('\r') != std::string::npos)
       continue;
     header += escaped(key) + ":=" + escaped(value) + "\n";
@@ -147,17 +146,22 @@ void write_spectrum(const std::filesystem::path& path, const fourier::Spectrum<T
   out.commit();
 }
 
-SpectrumFile::SpectrumFile(const std::filesystem::path& path) : file_(path) {
-  if (!file_.peek(4).starts_with("NRRD"))
-    throw Error(display_name(path) + ": is not a spectrum; make one with vol-fft");
-  nrrd::Header header = nrrd::read_header(file_);
-  info_ = info_of(header);
+bool is_spectrum(InputFile& file) {
+  const std::string_view begin = file.peek(512);
+  return begin.starts_with("NRRD") && begin.find(std::string("\n") + kKind + ":=spectrum\n") != begin.npos;
+}
+
+SpectrumHeader read_spectrum_header(InputFile& file) {
+  if (!file.peek(4).starts_with("NRRD"))
+    throw Error(display_name(file.path()) + ": is not a spectrum; make one with vol-fft");
+  nrrd::Header header = nrrd::read_header(file);
+  const fourier::SpectrumInfo info = info_of(header);
   const auto type = nrrd::voxel_type(header);
-  is_double_ = type == volume::VoxelType::f64;
+  const bool is_double = type == volume::VoxelType::f64;
   if (!volume::is_floating_point(type))
     throw Error(header.name + ": spectrum of a type other than float and double");
-  std::vector<std::int64_t> expected{2, info_.row_length(), info_.padded[1], info_.padded[2]};
-  const auto fields = static_cast<std::int64_t>(info_.names.size());
+  std::vector<std::int64_t> expected{2, info.row_length(), info.padded[1], info.padded[2]};
+  const auto fields = static_cast<std::int64_t>(info.names.size());
   if (fields > 1) expected.push_back(fields);
   const std::string& dimension = header.need("dimension");
   if (parse_integer(header.field("dimension"), dimension) != static_cast<std::int64_t>(expected.size()) ||
@@ -169,20 +173,24 @@ SpectrumFile::SpectrumFile(const std::filesystem::path& path) : file_(path) {
       header.find("datafile") != nullptr) {
     throw Error(header.name + ": a spectrum is raw, little-endian and in one file, as vol-fft writes it");
   }
-  file_.require(checked_product(checked_product(info_.count(), fields), is_double_ ? 16 : 8));
+  file.require(checked_product(checked_product(info.count(), fields), is_double ? 16 : 8));
+  return {info, is_double};
 }
+
+SpectrumFile::SpectrumFile(const std::filesystem::path& path)
+    : file_(path), header_(read_spectrum_header(file_)) {}
 
 template <class T>
 fourier::SliceSource<T> SpectrumFile::read_slice_source(int taps) {
-  fourier::SliceSource<T> source(info_, taps);
-  const Dims& m = info_.padded;
-  const std::size_t bytes = static_cast<std::size_t>(2 * info_.row_length()) * sizeof(T);
-  for (std::size_t f = 0; f < info_.names.size(); ++f) {
+  fourier::SliceSource<T> source(header_.info, taps);
+  const Dims& m = header_.info.padded;
+  const std::size_t bytes = static_cast<std::size_t>(2 * header_.info.row_length()) * sizeof(T);
+  for (std::size_t f = 0; f < header_.info.names.size(); ++f) {
     for (std::int64_t k = 0; k < m[2]; ++k) {
       for (std::int64_t j = 0; j < m[1]; ++j) {
         T* row = source.row(f, j - m[1] / 2, k - m[2] / 2);
         file_.read_exactly(row, bytes);
-        require_finite(row, 2 * info_.row_length(), display_name(file_.path()));
+        require_finite(row, 2 * header_.info.row_length(), display_name(file_.path()));
       }
     }
   }
@@ -192,9 +200,9 @@ fourier::SliceSource<T> SpectrumFile::read_slice_source(int taps) {
 
 template <class T>
 fourier::Spectrum<T> SpectrumFile::read_spectrum() {
-  fourier::Spectrum<T> spectrum{info_, {}};
-  for (std::size_t f = 0; f < info_.names.size(); ++f) {
-    auto& field = spectrum.fields.emplace_back(static_cast<std::size_t>(2 * info_.count()));
+  fourier::Spectrum<T> spectrum{header_.info, {}};
+  for (std::size_t f = 0; f < header_.info.names.size(); ++f) {
+    auto& field = spectrum.fields.emplace_back(static_cast<std::size_t>(2 * header_.info.count()));
     file_.read_exactly(field.data(), field.size() * sizeof(T));
     require_finite(field.data(), static_cast<std::int64_t>(field.size()), display_name(file_.path()));
   }

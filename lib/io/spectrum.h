@@ -16,6 +16,17 @@ template <class T>
 void write_spectrum(const std::filesystem::path& path, const fourier::Spectrum<T>& spectrum,
                     const std::map<std::string, std::string>& attributes);
 
+/// A spectrum's header: what is in the file, without its numbers.
+struct SpectrumHeader {
+  fourier::SpectrumInfo info;
+  bool is_double = false;
+};
+/// Whether a file begins as those that write_spectrum() makes. Consumes nothing.
+[[nodiscard]] bool is_spectrum(InputFile& file);
+/// Reads the header, and checks sizes against keys and, where the file's size is known, data against sizes.
+/// \throws vol::Error naming the file, for what is no spectrum too
+[[nodiscard]] SpectrumHeader read_spectrum_header(InputFile& file);
+
 /// A spectrum file whose header has been read and checked: sizes against keys and, where the file's size is
 /// known, data against sizes. Data follow when asked for, straight to their place.
 class SpectrumFile {
@@ -23,8 +34,8 @@ class SpectrumFile {
   /// \throws vol::Error naming the file, for what is no spectrum too
   explicit SpectrumFile(const std::filesystem::path& path);
 
-  [[nodiscard]] const fourier::SpectrumInfo& info() const { return info_; }
-  [[nodiscard]] bool is_double() const { return is_double_; }
+  [[nodiscard]] const fourier::SpectrumInfo& info() const { return header_.info; }
+  [[nodiscard]] bool is_double() const { return header_.is_double; }
   /// All spectra, for slicing; T must be the file's type. \throws vol::Error naming the file, here and below,
   /// where a number is not finite
   template <class T>
@@ -35,8 +46,7 @@ class SpectrumFile {
 
  private:
   InputFile file_;
-  fourier::SpectrumInfo info_;
-  bool is_double_ = false;
+  SpectrumHeader header_;
 };
 
 }  // namespace vol::io

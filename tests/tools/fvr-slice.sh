@@ -144,6 +144,13 @@ differs list-001.exr turn-001.exr max=1.5e-5
 fvr-slice plain.nrrd -o stack.nrrd --view 30,20 --turntable 3 --size 64x64 || fail "status $?"
 vol-info stack.nrrd | grep -q "dims  *64 64 3" || fail "three views are not three slices: $(vol-info stack.nrrd)"
 
+# vol-info describes a spectrum, and says so of none that lies.
+vol-info plain.nrrd >info || fail "status $?: vol-info"
+for line in "holds  *spectrum" "padding  *2" "model  *plain" "compensation  *none" "spectra  *.f." "type  *complex f32"; do
+  grep -Eq "^  $line" info || fail "vol-info of a spectrum without $line: $(cat info)"
+done
+vol-info - <plain.nrrd | grep -q "holds  *spectrum" || fail "vol-info of a spectrum in a pipe"
+
 # A spectrum that holds what no spectrum does, or says what it is not.
 python3 - <<'PYTHON' || exit 2
 import struct
@@ -157,6 +164,7 @@ for name, is_so, lie in (("padding", b"padding:=2", b"padding:=4"), ("model", b"
     assert is_so in head, is_so
     write("lie-" + name + ".nrrd", head.replace(is_so, lie), data)
 PYTHON
+for bad in lie-padding lie-model lie-count lie-space; do refused vol-info $bad.nrrd; done
 for bad in nan infinite lie-padding lie-model lie-count lie-space; do
   names $bad.nrrd fvr-slice $bad.nrrd -o missed.exr --size 16x16
   names $bad.nrrd vol-fft $bad.nrrd -o missed.nrrd --inverse
