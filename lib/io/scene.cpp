@@ -69,8 +69,13 @@ SceneFile parse(const YAML::Node& root, const std::filesystem::path& folder) {
   if (map.has("camera")) file.scene.view = read_camera(map["camera"]);
   if (map.has("transfer")) {
     const YAML::Node node = map["transfer"];
-    file.scene.transfer =
-        node.IsScalar() ? read_transfer_function(folder / node.Scalar()) : parse_transfer_function(node);
+    if (node.IsScalar()) {
+      file.bezier = read_bezier(folder / node.Scalar());
+      file.scene.transfer = read_transfer_function(folder / node.Scalar());
+    } else {
+      file.bezier = parse_bezier(node);
+      file.scene.transfer = parse_transfer_function(node);
+    }
     file.has_transfer = true;
   }
   file.scene.reference_length = map.get("reference_length", 0.0);

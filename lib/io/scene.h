@@ -1,10 +1,13 @@
 #pragma once
 #include <filesystem>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
 #include "render/options.h"
+#include "transfer/bezier.h"
+#include "transfer/profile.h"
 
 namespace vol::io {
 
@@ -19,6 +22,7 @@ namespace vol::io {
 struct SceneFile {
   render::Scene scene;
   bool has_transfer = false;
+  std::optional<transfer::BezierTransfer> bezier;  ///< where the transfer function is one of Bezier curves
   std::optional<render::Quadrature> quadrature;
   std::optional<std::string> step;  ///< as --step takes it
   std::optional<volume::Reconstruction> reconstruction;
@@ -38,6 +42,24 @@ struct SceneFile {
 /// curve, sampled where it is not piecewise linear; a preset without Points gets opacity 0 to 1 over its
 /// range.
 [[nodiscard]] transfer::TransferFunction read_transfer_function(const std::filesystem::path& path);
+
+/// The Bezier curves of a transfer function:
+///     range: [0, 4095]                       # values that are v = 0 and v = 1; default 0 and 1
+///     bezier: [0, 0, 1.5, 0.2]               # control points of the weight B(v), or a list of curves:
+///     bezier:
+///       - {name: bone, colour: [1, 0.9, 0.8], points: [0, 0, 1, 1]}      # name and colour may be left out
+///       - {points: [[0, 0], [0.2, 1], [1, 0]]}       # a curve of points in both coordinates
+/// read_transfer_function() takes such a file too, as transfer::as_transfer_function() makes one of it.
+/// \returns nothing for a transfer function of another form
+[[nodiscard]] std::optional<transfer::BezierTransfer> read_bezier(const std::filesystem::path& path);
+/// Writes that form. `attributes` go before it as comments; none of them may hold a line end.
+void write_bezier(const std::filesystem::path& path, const transfer::BezierTransfer& bezier,
+                  const std::map<std::string, std::string>& attributes);
+[[nodiscard]] nlohmann::json to_json(const transfer::BezierTransfer& bezier);
+
+/// Points of a profile from a text of "value, weight" lines (.csv); blank lines, lines that begin with # and
+/// one line of headings are passed over. \throws vol::Error naming file and line, NaN and infinity included
+[[nodiscard]] transfer::Profile read_profile(const std::filesystem::path& path);
 
 /// A scene as it was resolved, for provenance.
 [[nodiscard]] nlohmann::json to_json(const render::Scene& scene);

@@ -8,11 +8,13 @@
 #include "io/header_text.h"
 #include "io/scene.h"
 #include "io/yaml_map.h"
+#include "volume/volume.h"
 
 namespace vol::io {
 namespace {
 
 constexpr std::int64_t kLargestText = 1 << 20;
+constexpr std::size_t kMostCurves = 64;
 
 std::string read_text(const std::filesystem::path& path) {
   InputFile file(path);
@@ -80,6 +82,42 @@ transfer::TransferFunction parse_paraview(const std::string& text) {
   return {std::move(colours), std::move(opacities)};
 }
 
+bool is_srgb(const YamlMap& map) {
+  const auto space = map.get("space", std::string("linear"));
+  if (space != "linear" && space != "srgb") {
+    YamlMap::fail(map["space"], "space: linear or srgb is expected, not " + in_quotes(space));
+  }
+  return space == "srgb";
+}
+
+volume::Range range_of(const YamlMap& map) {
+  if (!map.has("range")) return {0, 1};
+  const auto range = YamlMap::numbers(map["range"], 2, "range");
+  if (!(range[1] > range[0]) || !std::isfinite(range[1] - range[0])) {
+    YamlMap::fail(map["range"], "range: [low, high] with low < high is expected");
+  }
+  return {range[0], range[1]};
+}
+
+transfer::BezierCurve parse_curve(const YAML::Node& node) {
+  if (!node.IsSequence()) YamlMap::fail(node, "a list of control points is expected");
+  std::vector<double> ordinates, abscissae;
+  for (const auto& point : node) {
+    if (point.IsSequence()) {
+      const auto xy = YamlMap::numbers(point, 2, "control point");
+      abscissae.push_back(xy[0]);
+      ordinates.push_back(xy[1]);
+    } else {
+      ordinates.push_back(YamlMap::as<double>(point, "control point"));
+    }
+  }
+  try {
+    return transfer::BezierCurve(std::move(ordinates), std::move(abscissae));
+  } catch (const Error& error) {
+    YamlMap::fail(node, error.what());
+  }
+}
+
 }  // namespace
 
 YAML::Node load_yaml(const std::filesystem::path& path) {
@@ -91,27 +129,55 @@ YAML::Node load_yaml(const std::filesystem::path& path) {
   }
 }
 
+std::optional<transfer::BezierTransfer> parse_bezier(const YAML::Node& node) {
+  if (!node.IsMap() || !node["bezier"].IsDefined()) return std::nullopt;
+  const YamlMap map(node, "transfer function of Bezier curves", {"space", "range", "bezier"});
+  const bool srgb = is_srgb(map);
+  const auto [lo, hi] = range_of(map);
+  transfer::BezierTransfer bezier{lo, hi, {}};
+  const YAML::Node list = map["bezier"];
+  if (!list.IsSequence() || list.size() == 0) {
+    YamlMap::fail(list, "bezier: a list of control points, or of curves, is expected");
+  }
+  if (!list[0].IsMap()) {
+    bezier.bands.push_back({"", Vec3::Ones(), parse_curve(list)});
+    return bezier;
+  }
+  if (list.size() > kMostCurves) {
+    YamlMap::fail(list, "bezier: at most " + std::to_string(kMostCurves) + " curves are possible");
+  }
+  for (const auto& entry : list) {
+    const YamlMap curve(entry, "curve", {"name", "colour", "points"});
+    if (!curve.has("points")) YamlMap::fail(entry, "curve without points");
+    Vec3 colour = Vec3::Ones();
+    if (curve.has("colour")) {
+      const auto rgb = YamlMap::numbers(curve["colour"], 3, "colour");
+      colour = Vec3(rgb[0], rgb[1], rgb[2]);
+      if (srgb) colour = colour.unaryExpr(&linear_from_srgb);
+    }
+    bezier.bands.push_back({curve.get("name", std::string()), colour, parse_curve(curve["points"])});
+  }
+  try {
+    bezier.validate();
+  } catch (const Error& error) {
+    YamlMap::fail(list, error.what());
+  }
+  return bezier;
+}
+
 transfer::TransferFunction parse_transfer_function(const YAML::Node& node) {
-  const YamlMap map(node, "transfer function", {"space", "range", "colours", "opacity"});
-  const auto space = map.get("space", std::string("linear"));
-  if (space != "linear" && space != "srgb") {
-    YamlMap::fail(map["space"], "space: linear or srgb is expected, not " + in_quotes(space));
-  }
-  double lo = 0, hi = 1;
-  if (map.has("range")) {
-    const auto range = YamlMap::numbers(map["range"], 2, "range");
-    lo = range[0];
-    hi = range[1];
-    if (!(hi > lo)) YamlMap::fail(map["range"], "range: [low, high] with low < high is expected");
-  }
-  const auto rows = [&](const char* key, std::size_t width, const auto& add) {
+  if (const auto bezier = parse_bezier(node)) return transfer::as_transfer_function(*bezier);
+  const YamlMap map(node, "transfer function", {"space", "range", "colours", "opacity", "bezier"});
+  const bool srgb = is_srgb(map);
+  const auto [lo, hi] = range_of(map);
+  const auto rows = [&, from = lo, to = hi](const char* key, std::size_t width, const auto& add) {
     if (!map.has(key)) YamlMap::fail(node, std::string("transfer function without ") + key);
     const YAML::Node list = map[key];
     if (!list.IsSequence() || list.size() == 0)
       YamlMap::fail(list, std::string(key) + ": a list of points is expected");
     for (const auto& row : list) {
       auto values = YamlMap::numbers(row, width, key);
-      values[0] = lo + values[0] * (hi - lo);
+      values[0] = from + values[0] * (to - from);
       add(values);
     }
   };
@@ -119,7 +185,7 @@ transfer::TransferFunction parse_transfer_function(const YAML::Node& node) {
   std::vector<transfer::OpacityPoint> opacities;
   rows("colours", 4, [&](const std::vector<double>& v) {
     Vec3 rgb(v[1], v[2], v[3]);
-    if (space == "srgb") rgb = rgb.unaryExpr(&linear_from_srgb);
+    if (srgb) rgb = rgb.unaryExpr(&linear_from_srgb);
     colours.push_back({v[0], rgb});
   });
   rows("opacity", 2, [&](const std::vector<double>& v) { opacities.push_back({v[0], v[1]}); });
@@ -130,6 +196,23 @@ transfer::TransferFunction parse_transfer_function(const YAML::Node& node) {
   }
 }
 
+namespace {
+
+/// Runs f on what stands in the file; errors name the file.
+template <class F>
+auto parsed_yaml(const std::filesystem::path& path, const F& f) {
+  const YAML::Node root = load_yaml(path);
+  try {
+    return f(root);
+  } catch (const Error& error) {
+    throw Error(display_name(path), error);
+  } catch (const YAML::Exception& error) {
+    throw Error(display_name(path), error);
+  }
+}
+
+}  // namespace
+
 transfer::TransferFunction read_transfer_function(const std::filesystem::path& path) {
   try {
     if (path.extension() == ".json") return parse_paraview(read_text(path));
@@ -138,14 +221,12 @@ transfer::TransferFunction read_transfer_function(const std::filesystem::path& p
   } catch (const Error& error) {
     throw Error(display_name(path), error);
   }
-  const YAML::Node root = load_yaml(path);
-  try {
-    return parse_transfer_function(root);
-  } catch (const Error& error) {
-    throw Error(display_name(path), error);
-  } catch (const YAML::Exception& error) {
-    throw Error(display_name(path), error);
-  }
+  return parsed_yaml(path, parse_transfer_function);
+}
+
+std::optional<transfer::BezierTransfer> read_bezier(const std::filesystem::path& path) {
+  if (path.extension() == ".json") return std::nullopt;
+  return parsed_yaml(path, parse_bezier);
 }
 
 }  // namespace vol::io

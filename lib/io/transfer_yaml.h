@@ -2,8 +2,9 @@
 #include <yaml-cpp/yaml.h>
 
 #include <filesystem>
+#include <optional>
 
-#include "transfer/transfer_function.h"
+#include "transfer/bezier.h"
 
 namespace vol::io {
 
@@ -11,5 +12,8 @@ namespace vol::io {
 [[nodiscard]] YAML::Node load_yaml(const std::filesystem::path& path);
 /// The map of a transfer function (io/scene.h says which keys).
 [[nodiscard]] transfer::TransferFunction parse_transfer_function(const YAML::Node& node);
+
+/// The curves of such a map, nothing where it has none.
+[[nodiscard]] std::optional<transfer::BezierTransfer> parse_bezier(const YAML::Node& node);
 
 }  // namespace vol::io

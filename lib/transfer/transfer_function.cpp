@@ -5,37 +5,9 @@
 #include <string>
 
 #include "base/error.h"
+#include "transfer/piecewise_linear.h"
 
 namespace vol::transfer {
-namespace {
-
-template <class Point>
-void require_ordered(const std::vector<Point>& points, const char* what) {
-  if (points.empty()) throw Error(std::string("transfer function without ") + what + " points");
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!std::isfinite(points[i].value)) throw Error(std::string(what) + " point at a value that is not finite");
-    if (i > 0 && points[i].value < points[i - 1].value) {
-      throw Error(std::string(what) + " points are not in order: " + std::to_string(points[i].value) + " after " +
-                  std::to_string(points[i - 1].value));
-    }
-  }
-}
-
-/// Piecewise-linear interpolation; `get` picks the quantity. At a jump the right-hand point holds.
-template <class Point, class Get>
-auto interpolate(const std::vector<Point>& points, double value, const Get& get) {
-  const auto above = std::upper_bound(points.begin(), points.end(), value,
-                                      [](double v, const Point& p) { return v < p.value; });
-  if (above == points.begin()) return get(points.front());
-  if (above == points.end()) return get(points.back());
-  const Point& p = *(above - 1);
-  const Point& q = *above;
-  const double w = (value - p.value) / (q.value - p.value);
-  using Value = std::decay_t<decltype(get(p))>;
-  return Value(get(p) + w * (get(q) - get(p)));
-}
-
-}  // namespace
 
 TransferFunction::TransferFunction(std::vector<ColourPoint> colours, std::vector<OpacityPoint> opacities)
     : colours_(std::move(colours)), opacities_(std::move(opacities)) {

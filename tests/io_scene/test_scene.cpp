@@ -111,6 +111,66 @@ TEST(Transfer, ParaViewPreset) {
   EXPECT_THROW((void)read_transfer_function(written("t.json", "{")), Error);
 }
 
+TEST(Bezier, ComesBackAsItWasWritten) {
+  const transfer::BezierTransfer bezier{
+      -100,
+      3926.5,
+      {{"bone: \"hard\"", Vec3(1, 0.9, 0.1 + 0.2), transfer::BezierCurve({0, 1.0 / 3, 2e-17, -1.5})},
+       {"", Vec3::Ones(), transfer::BezierCurve({0.25, 1, 0.5}, {0, 0.7, 1})}}};
+  const auto path = written("b.yaml", "");
+  write_bezier(path, bezier, {{"precis.tool", "tf-fit"}});
+  const auto back = read_bezier(path);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(to_json(*back), to_json(bezier));
+  EXPECT_EQ(back->bands[0].curve.ordinates(), bezier.bands[0].curve.ordinates());
+  // As a transfer function, and in a scene.
+  EXPECT_EQ(read_transfer_function(path).opacity(-100), 0.25);
+  const auto scene = read_scene(written("s.yaml", "transfer: b.yaml\n"));
+  ASSERT_TRUE(scene.bezier);
+  EXPECT_EQ(to_json(*scene.bezier), to_json(bezier));
+  EXPECT_EQ(read_bezier(written("short.yaml", "bezier: [0, 2]\n"))->bands[0].curve.ordinates(),
+            (std::vector<double>{0, 2}));
+  EXPECT_FALSE(read_bezier(written("other.yaml", "colours: [[0, 0, 0, 0]]\nopacity: [[0, 0]]\n")));
+}
+
+TEST(Bezier, RefusalsNameFileAndLine) {
+  const auto refused = [](const std::string& text) {
+    try {
+      (void)read_bezier(written("b.yaml", text));
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  std::string many = "bezier: [0";
+  for (int i = 1; i < 22; ++i) many += ", 0";
+  for (const auto& [text, word] : std::vector<std::pair<std::string, std::string>>{
+           {"bezier: []\n", "list"},
+           {"bezier: 3\n", "list"},
+           {many + "]\n", "21"},
+           {"bezier: [.nan, 1]\n", "finite"},
+           {"bezier: [one]\n", "number"},
+           {"bezier: [[0, 1], 2]\n", "abscissae"},
+           {"bezier: [[0, 1], [2, 1], [1, 1]]\n", "rise"},
+           {"bezier: [0, 1]\nrange: [3, 3]\n", "range"},
+           {"bezier: [0, 1]\ncolours: [[0, 0, 0, 0]]\n", "unknown key"},
+           {"bezier: [{name: a}]\n", "points"},
+           {"bezier: [{points: [1], colour: [0, -1, 0]}]\n", "negative"},
+           {"bezier: [{points: [1], color: [0, 1, 0]}]\n", "unknown key"}}) {
+    EXPECT_THAT(refused(text), AllOf(HasSubstr("b.yaml: line "), HasSubstr(word))) << text;
+  }
+}
+
+TEST(Profile, OfAText) {
+  const auto profile = read_profile(written("p.csv", "value,opacity\n# bone\n\n0, 0\n 10 ,1.5\n10,-1\n"));
+  EXPECT_EQ(profile.value(5), 0.75);
+  EXPECT_EQ(profile.value(10), -1);
+  for (const char* text :
+       {"", "a,b\n", "0,nan\n", "nan,0\n", "0,inf\n", "0\n", "0,1,2\n", "1,0\n0,0\n", "0,0\nx,y\n"}) {
+    EXPECT_THROW((void)read_profile(written("q.csv", text)), Error) << text;
+  }
+}
+
 TEST(Scene, ShippedScenesAreRead) {
   int scenes = 0;
   for (const auto& entry : std::filesystem::directory_iterator(PRECIS_CONFIGS "/scenes")) {
