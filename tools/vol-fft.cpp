@@ -9,12 +9,14 @@
 
 #include "base/checked.h"
 #include "base/error.h"
+#include "cli/fvr.h"
 #include "cli/naming.h"
 #include "cli/run.h"
 #include "cli/volume_input.h"
 #include "fourier/canny.h"
 #include "fourier/models.h"
 #include "io/any_volume.h"
+#include "io/scene.h"
 #include "io/spectrum.h"
 #include "io/volume.h"
 
@@ -27,7 +29,7 @@ struct Options {
   std::filesystem::path output, wisdom;
   double padding = 2;
   std::string compensation = "none", type = "f32", shading, spectrum;
-  int bezier = 0;
+  std::string bezier;
   std::vector<double> range;
   std::vector<std::string> bands;
   bool edges = false, inverse = false;
@@ -68,12 +70,15 @@ void declare(CLI::App& app, Options& o) {
                                  "depth-cue or directional: for --depth-cue or --light of fvr-slice")
                       ->check(CLI::IsMember({"depth-cue", "directional"}))
                       ->group(model);
-  auto* bezier = app.add_option("--bezier", o.bezier,
-                                "N spectra weighted by Bernstein polynomials: for --control-points")
-                     ->check(CLI::Range(1, 16))
-                     ->excludes(shading)
-                     ->group(model);
-  app.add_option("--range", o.range, "Bezier: values that become 0 and 1, others are clamped [the volume's]")
+  auto* bezier =
+      app.add_option("--bezier", o.bezier,
+                     "N (1 to 21) spectra weighted by Bernstein polynomials, for --control-points; or a "
+                     "transfer function of tf-fit (.yaml), whose points and range are taken, for --transfer")
+          ->type_name("N|FILE")
+          ->excludes(shading)
+          ->group(model);
+  app.add_option("--range", o.range,
+                 "Bezier N: values that become 0 and 1, others are clamped [the volume's]")
       ->delimiter(',')
       ->expected(2)
       ->type_name("LO,HI")
@@ -110,13 +115,46 @@ std::vector<fourier::Band> parse_bands(const std::vector<std::string>& words) {
   return bands;
 }
 
-fourier::Model model_of(const volume::Volume& volume, const Options& o, cli::Record& record) {
+/// What --bezier asks for.
+struct Curves {
+  int points = 0;
+  std::optional<volume::Range> range;
+};
+
+Curves curves_of(const Options& o) {
+  Curves curves;
+  if (!o.range.empty()) curves.range = {o.range[0], o.range[1]};
+  if (CLI::detail::lexical_cast(o.bezier, curves.points)) {
+    if (curves.points >= 1 && curves.points <= transfer::kMostControlPoints) return curves;
+    throw Error("--bezier " + o.bezier + ": 1 to " + std::to_string(transfer::kMostControlPoints) +
+                " control points are possible");
+  }
+  const auto bezier = io::is_standard_stream(o.bezier) ? std::nullopt : io::read_bezier(o.bezier);
+  if (!bezier)
+    throw Error("--bezier " + o.bezier + ": expected a number, or a file of Bezier curves (tf-fit)");
+  if (curves.range) throw Error("--range: the range of " + o.bezier + " is taken");
+  curves.range = {bezier->lo, bezier->hi};
+  for (const auto& band : bezier->bands) {
+    if (band.curve.parametric()) {
+      throw Error(o.bezier +
+                  ": a curve with abscissae of its own is no sum of spectra; fit it with --curve even");
+    }
+    curves.points = std::max(curves.points, static_cast<int>(band.curve.ordinates().size()));
+  }
+  return curves;
+}
+
+fourier::Model model_of(const volume::Volume& volume, const Options& o, fourier::SpectrumInfo& info,
+                        cli::Record& record) {
   if (o.shading == "depth-cue") return fourier::depth_cue_model(volume);
   if (o.shading == "directional") return fourier::directional_model(volume);
-  if (o.bezier > 0) {
-    const auto range = o.range.empty() ? volume::value_range(volume) : volume::Range{o.range[0], o.range[1]};
+  if (!o.bezier.empty()) {
+    const Curves curves = curves_of(o);
+    const auto range = curves.range ? *curves.range : volume::value_range(volume);
+    record.resolved("bezier", curves.points);
     record.resolved("range", {range.min, range.max});
-    return fourier::bezier_model(volume, o.bezier, range);
+    info.attributes[cli::kBezierRange] = nlohmann::json{range.min, range.max}.dump();
+    return fourier::bezier_model(volume, curves.points, range);
   }
   if (!o.bands.empty() || o.edges) return fourier::bands_model(volume, parse_bands(o.bands), o.edges);
   return fourier::plain_model(volume);
@@ -125,7 +163,7 @@ fourier::Model model_of(const volume::Volume& volume, const Options& o, cli::Rec
 /// Spectra that model_of() will name.
 std::int64_t spectra_of(const Options& o) {
   if (!o.shading.empty()) return 4;
-  if (o.bezier > 0) return o.bezier;
+  if (!o.bezier.empty()) return curves_of(o).points;
   if (!o.bands.empty() || o.edges) return static_cast<std::int64_t>(o.bands.size()) + (o.edges ? 1 : 0);
   return 1;
 }
@@ -166,6 +204,7 @@ int forward(const Options& o, cli::Record& record) {
   std::optional<fourier::Filter> filter;
   if (o.compensation != "none") filter.emplace(o.compensation, o.padding);
   (void)parse_bands(o.bands);
+  if (!o.bezier.empty()) (void)curves_of(o);
   const volume::Volume volume = cli::load(o.input, record);
   fourier::SpectrumInfo info;
   info.geometry = volume.geometry();
@@ -193,7 +232,7 @@ int forward(const Options& o, cli::Record& record) {
                   ", and all errors of the filter there as well; more --pad cures it");
     }
   }
-  const auto model = record.timed("model", [&] { return model_of(volume, o, record); });
+  const auto model = record.timed("model", [&] { return model_of(volume, o, info, record); });
   info.model = model.name;
   info.names = model.spectra;
   const auto plan = planning<T>(o);

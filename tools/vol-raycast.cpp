@@ -25,6 +25,7 @@
 #include "render/names.h"
 #include "render/packet.h"
 #include "render/raycast.h"
+#include "render/weighted_field.h"
 
 namespace {
 
@@ -32,7 +33,7 @@ using namespace vol;
 
 struct Options {
   cli::VolumeInput input;
-  std::filesystem::path output, scene, index, index_output, samples_output;
+  std::filesystem::path output, scene, transfer, index, index_output, samples_output;
   double epsilon = 0.016;
   std::optional<int> index_reduction;
   std::string format, model, quadrature, step, reconstruction, algorithm = "packet";
@@ -56,6 +57,11 @@ void declare(CLI::App& app, Options& o) {
          "A second picture, in false colours: samples per pixel, black 0, light yellow the most (.png, .exr)")
       ->group("Files");
   app.add_option("--scene", o.scene, "Scene (YAML); without it a grey ramp over the volume's range")
+      ->group("Files");
+  app.add_option("--transfer", o.transfer,
+                 "Transfer function (YAML, ParaView's JSON) in place of the scene's; xray is weighted by "
+                 "Bezier curves "
+                 "of tf-fit, as in fvr-slice")
       ->group("Files");
   app.add_option(
          "--index", o.index,
@@ -155,6 +161,13 @@ transfer::TransferFunction grey_ramp(const volume::Range& range) {
 /// The scene file with the command line over it; fills o.render but for the step.
 io::SceneFile resolve(Options& o) {
   io::SceneFile file = o.scene.empty() ? io::SceneFile{} : io::read_scene(o.scene);
+  if (!o.transfer.empty()) {
+    if (io::is_standard_stream(o.transfer))
+      throw Error("--transfer is a file: its name says what form it has");
+    file.bezier = io::read_bezier(o.transfer);
+    file.scene.transfer = io::read_transfer_function(o.transfer);
+    file.has_transfer = true;
+  }
   cli::apply(o.camera, file.scene.view);
   if (!o.model.empty()) file.scene.model = render::model_from_name(o.model);
   const auto size = cli::parse_image_size("--size", o.camera.size);
@@ -199,6 +212,39 @@ render::RenderResult cast(const volume::Volume& volume, const Prepared& prepared
     return render::raycast_split_plain(volume, scene, o.render);
   }
   return render::raycast_plain(volume, scene, o.render, index);
+}
+
+/// One picture, prepared and cast, each timed.
+render::RenderResult drawn(const volume::Volume& volume, const render::Scene& scene, const Options& o,
+                           cli::SurfaceSet& surfaces, const index::IndexVolume* index, cli::Record& record) {
+  const auto prepared =
+      record.timed("prepare", [&] { return std::make_unique<const Prepared>(volume, scene, o, index); });
+  if (o.surfaces.any()) surfaces.prepare(volume, o.render.reconstruction, scene, record);
+  return record.repeated("render", [&] { return cast(volume, *prepared, scene, o, surfaces, index); });
+}
+
+/// The X-ray of the field weighted by Bezier curves, of grey ones one picture, of colours one a channel.
+/// \param volume  its voxels are given up where one picture does
+render::RenderResult cast_weighted(volume::Volume& volume, const transfer::BezierTransfer& bezier,
+                                   const render::Scene& scene, const Options& o, cli::SurfaceSet& surfaces,
+                                   const index::IndexVolume* index, cli::Record& record) {
+  const auto weighted = [&](int channel) {
+    return record.timed("weight", [&] { return render::weighted_volume(volume, bezier, channel); });
+  };
+  if (bezier.grey()) {
+    volume = weighted(0);
+    return drawn(volume, scene, o, surfaces, index, record);
+  }
+  render::RenderResult result = drawn(weighted(0), scene, o, surfaces, index, record);
+  for (int c = 1; c < 3; ++c) {
+    const render::RenderResult one = drawn(weighted(c), scene, o, surfaces, index, record);
+    for (int y = 0; y < one.image.height; ++y) {
+      for (int x = 0; x < one.image.width; ++x) result.image.at(x, y, c) = one.image.at(x, y, c);
+    }
+    result.counts += one.counts;
+    result.error_estimate = std::max(result.error_estimate, one.error_estimate);
+  }
+  return result;
 }
 
 /// The index of the field as the scene's transfer function shows it (vol-index --scene), for the step asked
@@ -276,7 +322,9 @@ double exposure_of(const image::Image& picture, const render::Scene& scene, cons
   if (scene.model == render::Model::composite) return 1;
   float largest = 0;
   for (int y = 0; y < picture.height; ++y) {
-    for (int x = 0; x < picture.width; ++x) largest = std::max(largest, picture.at(x, y, 0));
+    for (int x = 0; x < picture.width; ++x) {
+      for (int c = 0; c < 3; ++c) largest = std::max(largest, picture.at(x, y, c));
+    }
   }
   return largest > 0 ? 1 / double(largest) : 1;
 }
@@ -291,7 +339,8 @@ int work(Options& o, cli::Record& record) {
   }
   surfaces.load(record);
   if (!o.scene.empty()) record.input(o.scene);
-  const volume::Volume volume = cli::load(o.input, record);
+  if (!o.transfer.empty()) record.input(o.transfer);
+  volume::Volume volume = cli::load(o.input, record);
   const double spacing = volume.geometry().spacing.minCoeff();
   render::Scene& scene = file.scene;
   if (!file.has_transfer) scene.transfer = grey_ramp(volume::value_range(volume));
@@ -327,12 +376,11 @@ int work(Options& o, cli::Record& record) {
   record.resolved("reconstruction", render::name(o.render.reconstruction));
   if (o.render.max_error == 0) record.resolved("step_world", o.render.step);
 
+  const bool weighted = file.bezier && scene.model == render::Model::xray;
+  if (weighted) record.resolved("transfer", io::to_json(*file.bezier));
   const index::IndexVolume* const guide = index ? &*index : nullptr;
-  std::unique_ptr<const Prepared> prepared =
-      record.timed("prepare", [&] { return std::make_unique<const Prepared>(volume, scene, o, guide); });
-  if (o.surfaces.any()) surfaces.prepare(volume, o.render.reconstruction, scene, record);
-  auto result = record.repeated("render", [&] { return cast(volume, *prepared, scene, o, surfaces, guide); });
-  prepared.reset();  // writing takes memory, too
+  auto result = weighted ? cast_weighted(volume, *file.bezier, scene, o, surfaces, guide, record)
+                         : drawn(volume, scene, o, surfaces, guide, record);
   report(result, o, record);
   if (o.render.max_error > 0 && !(result.error_estimate <= o.render.max_error)) {
     throw Error("--max-error: an error of about " + nlohmann::json(result.error_estimate).dump() +

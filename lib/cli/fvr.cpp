@@ -62,6 +62,11 @@ void add_fvr_options(CLI::App& app, FvrOptions& o) {
   app.add_option("--control-points", o.control_points, "Bezier: one weight a spectrum [all 1]")
       ->delimiter(',')
       ->group(model);
+  app.add_option("--transfer", o.transfer,
+                 "Bezier: control points, and of several curves the colours, of a transfer function of "
+                 "tf-fit (.yaml)")
+      ->excludes("--control-points")
+      ->group(model);
   app.add_option("--band-weights", o.band_weights, "Bands: one weight a spectrum [all 1]")
       ->delimiter(',')
       ->group(model);
@@ -97,6 +102,16 @@ double exposure_of(const FvrOptions& o) {
 
 }  // namespace
 
+namespace {
+
+transfer::BezierTransfer read_curves(const std::filesystem::path& path) {
+  const auto bezier = io::is_standard_stream(path) ? std::nullopt : io::read_bezier(path);
+  if (!bezier) throw Error(path.string() + ": is not a file of Bezier curves; make one with tf-fit");
+  return *bezier;
+}
+
+}  // namespace
+
 std::vector<FvrView> fvr_views(const FvrOptions& o, Record& record) {
   if (!o.format.empty() && o.output.extension() == ".nrrd") {
     throw Error("--format " + o.format + " contradicts " + o.output.string() + ", a stack of all views");
@@ -107,6 +122,10 @@ std::vector<FvrView> fvr_views(const FvrOptions& o, Record& record) {
   }
   (void)parse_image_size("--size", o.size);
   (void)exposure_of(o);
+  if (!o.transfer.empty()) {
+    record.input(o.transfer);
+    record.resolved("transfer", io::to_json(read_curves(o.transfer)));
+  }
   camera::View base;
   if (!o.scene.empty()) {
     record.input(o.scene);
@@ -201,11 +220,40 @@ void require_model(bool given, const char* option, const std::string& needed, co
   }
 }
 
+/// One channel, or three where a curve has a colour: each spectrum's sum of colour times control point.
+fourier::ChannelWeights curve_weights(const std::filesystem::path& path, const fourier::SpectrumInfo& info) {
+  const transfer::BezierTransfer bezier = read_curves(path);
+  const std::size_t count = info.names.size();
+  const auto range = info.attributes.find(kBezierRange);
+  const std::string own = nlohmann::json{bezier.lo, bezier.hi}.dump();
+  if (range != info.attributes.end() && range->second != own) {
+    throw Error(path.string() + ": curves over the values " + own +
+                ", spectra over others; make these with vol-fft --bezier " + path.string());
+  }
+  fourier::ChannelWeights channels(bezier.grey() ? 1 : 3, std::vector<double>(count, 0.0));
+  for (const auto& band : bezier.bands) {
+    if (band.curve.parametric()) {
+      throw Error(path.string() +
+                  ": a curve with abscissae of its own is no sum of spectra; fit it with --curve even");
+    }
+    if (band.curve.ordinates().size() > count) {
+      throw Error(path.string() + ": " + std::to_string(band.curve.ordinates().size()) +
+                  " control points for " + std::to_string(count) + " spectra");
+    }
+    const auto points = transfer::elevated(band.curve.ordinates(), count);
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      for (std::size_t i = 0; i < count; ++i) channels[c][i] += band.colour[static_cast<int>(c)] * points[i];
+    }
+  }
+  return channels;
+}
+
 }  // namespace
 
 fourier::ChannelWeights fvr_weights(const FvrOptions& o, const fourier::SpectrumInfo& info,
                                     const camera::Camera& camera) {
   require_model(!o.control_points.empty(), "--control-points", "bezier", info.model);
+  require_model(!o.transfer.empty(), "--transfer", "bezier", info.model);
   require_model(!o.band_weights.empty(), "--band-weights", "bands", info.model);
   require_model(!o.band_colours.empty(), "--band-colours", "bands", info.model);
   require_model(!o.light.empty(), "--light", "directional", info.model);
@@ -218,6 +266,7 @@ fourier::ChannelWeights fvr_weights(const FvrOptions& o, const fourier::Spectrum
     return {fourier::directional_weights(o.light.empty() ? Vec3(-camera.direction())
                                                          : parse_vec3("--light", o.light))};
   }
+  if (info.model == "bezier" && !o.transfer.empty()) return curve_weights(o.transfer, info);
   if (info.model == "bezier") return {one_each(o.control_points, count, "--control-points")};
   const auto weights = one_each(o.band_weights, count, "--band-weights");
   if (o.band_colours.empty()) return {weights};
@@ -284,10 +333,12 @@ std::vector<Job> jobs_of(const FvrOptions& o, const fourier::SpectrumInfo& info,
   const Vec3 centre = info.geometry.centre();
   const double longest = info.geometry.edge_lengths().maxCoeff();
   std::vector<Job> jobs;
+  fourier::ChannelWeights curves;  // the same for all views: their file is read once
   for (const auto& v : views) {
     const camera::Camera camera(v.view, centre, longest, size[0], size[1]);
-    jobs.push_back(
-        {fourier::slice_view(info, camera, size[0], size[1], o.wrap), fvr_weights(o, info, camera)});
+    auto weights = curves.empty() ? fvr_weights(o, info, camera) : curves;
+    if (!o.transfer.empty()) curves = weights;
+    jobs.push_back({fourier::slice_view(info, camera, size[0], size[1], o.wrap), std::move(weights)});
   }
   return jobs;
 }

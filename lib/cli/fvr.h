@@ -15,8 +15,11 @@
 // pictures. Target vol_cli_fvr.
 namespace vol::cli {
 
+/// Attribute of spectra for Bezier curves: the values of v = 0 and v = 1, as JSON.
+inline constexpr const char* kBezierRange = "precis.bezier_range";
+
 struct FvrOptions {
-  std::filesystem::path input, output, scene;
+  std::filesystem::path input, output, scene, transfer;
   std::string format, size = "512x512", filter, exposure = "auto";
   std::vector<std::string> views;
   int turntable = 0;

@@ -87,7 +87,10 @@ Model directional_model(const volume::Volume& volume) {
 }
 
 Model bezier_model(const volume::Volume& volume, int n, const volume::Range& range) {
-  if (n < 1 || n > 16) throw Error("1 to 16 control points are possible, not " + std::to_string(n));
+  if (n < 1 || n > transfer::kMostControlPoints) {
+    throw Error("1 to " + std::to_string(transfer::kMostControlPoints) +
+                " control points are possible, not " + std::to_string(n));
+  }
   if (!(range.max > range.min) || !std::isfinite(range.max - range.min)) {
     throw Error(
         "control points need a range of values with an extent; the volume is constant, or give --range");

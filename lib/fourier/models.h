@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "fourier/slice.h"
+#include "transfer/bezier.h"
 
 namespace vol::fourier {
 
@@ -23,7 +24,7 @@ struct Model {
 /// one-sided at the border, in world axes.
 [[nodiscard]] Model directional_model(const volume::Volume& volume);
 /// v C(n-1, i) (1 - v)^(n-1-i) v^i for i = 0 .. n-1, v = f scaled from `range` to [0, 1] and clamped.
-/// \throws vol::Error unless 1 <= n <= 16 and the range has an extent
+/// \throws vol::Error unless 1 <= n <= transfer::kMostControlPoints and the range has an extent
 [[nodiscard]] Model bezier_model(const volume::Volume& volume, int n, const volume::Range& range);
 
 /// lo <= f < hi; a band whose hi is the volume's largest value holds that too.

@@ -8,6 +8,7 @@
 #include "base/checked.h"
 #include "base/error.h"
 #include "base/parallel.h"
+#include "transfer/bezier.h"
 
 namespace vol::fourier {
 namespace {

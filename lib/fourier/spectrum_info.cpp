@@ -5,6 +5,7 @@
 #include "base/checked.h"
 #include "base/error.h"
 #include "fourier/spectrum.h"
+#include "transfer/bezier.h"
 
 namespace vol::fourier {
 
@@ -40,7 +41,7 @@ void SpectrumInfo::validate() const {
   } else if (model == "depth-cue" || model == "directional") {
     require_names(4, 4);
   } else if (model == "bezier") {
-    require_names(1, 16);
+    require_names(1, transfer::kMostControlPoints);
   } else if (model != "bands") {
     throw Error("spectrum of an unknown model; plain, depth-cue, directional, bezier and bands are known");
   }
