@@ -34,6 +34,7 @@ SMALL = {
     "vol-raycast": "{volume} -o out.exr --size 16x16",
     "img-compare": "{image} {image}",
     "vol-fft": "{volume} -o out.nrrd --pad 1.5 --compensate es:6",
+    "tf-fit": "{profile} -o out.yaml --points 5",
     "fvr-slice": "{spectrum} -o out.exr --size 32x24 --view 30,20",
     "fvr-slice-gpu": "{spectrum} -o out.exr --size 32x24 --view 30,20",
     "isosurf-mc": "{volume} --isovalue 0.5 -o out.ply",
@@ -53,7 +54,7 @@ LONG = {
 READS = {  # an input of the kind the tool wants, by the placeholder above
     "vol-info": "volume", "vol-convert": "volume", "vol-compare": "volume", "vol-dwt": "volume",
     "vol-index": "coefficients", "vol-raycast": "volume", "img-compare": "image",
-    "vol-fft": "volume", "fvr-slice": "spectrum", "fvr-slice-gpu": "spectrum",
+    "vol-fft": "volume", "tf-fit": "profile", "fvr-slice": "spectrum", "fvr-slice-gpu": "spectrum",
     "isosurf-mc": "volume", "isosurf-ray": "volume",
 }
 MAKE = {
@@ -61,6 +62,7 @@ MAKE = {
     "big": ("big.nrrd", "vol-phantom ramp --dims 256x256x256 --type f32 -o big.nrrd"),
     "coefficients": ("coefficients.vdb", "vol-phantom marschner-lobb --dims 17x16x15 -o - | vol-dwt - -o coefficients.vdb"),
     "spectrum": ("spectrum.nrrd", "vol-phantom marschner-lobb --dims 17x16x15 -o - | vol-fft - -o spectrum.nrrd"),
+    "profile": ("profile.csv", "printf 'value,weight\\n0,0\\n50,0\\n60,1\\n80,1\\n100,0\\n' > profile.csv"),
     "image": ("image.exr", "vol-phantom marschner-lobb --dims 17x16x15 -o - | vol-raycast - -o image.exr --size 16x16"),
 }
 

@@ -1,0 +1,129 @@
+#!/usr/bin/env bash
+# tf-fit from outside: curves that come back, what the other tools make of them, what is refused.
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh" "$1"
+PATH="$bin:$PATH"
+refused() { # WORD COMMAND...: status 2 and one line that has the word
+  local word=$1
+  shift
+  "$@" >/dev/null 2>err
+  local status=$?
+  [ $status -eq 2 ] || fail "status $status, not 2: $*"
+  [ "$(wc -l <err)" -eq 1 ] || fail "one line expected of: $*: $(cat err)"
+  grep -qF -- "$word" err || fail "no word of '$word': $*: $(cat err)"
+}
+figure() { # FILE KEY: a number of a stats record
+  sed -n "s/.*\"$2\": \(-\{0,1\}[0-9][0-9.e+-]*\).*/\1/p" "$1" | head -n 1
+}
+below() { # VALUE LIMIT WHAT
+  LC_ALL=C awk -v a="$1" -v b="$2" 'BEGIN { exit !(a != "" && a + 0 <= b + 0) }' || fail "$3: $1, not at most $2"
+}
+differs() { # A B MEASURE=LIMIT ...: fails unless within
+  local a=$1 b=$2 limit
+  shift 2
+  for limit in "$@"; do
+    img-compare "$a" "$b" --fail-above "$limit" >said 2>&1 || fail "$a and $b differ by more than $limit: $(tail -n 1 said)"
+  done
+}
+
+# A curve that is itself Bezier comes back, and the fewest points that do are found.
+cat >own.yaml <<'YAML'
+range: [0, 2]
+bezier:
+  - {name: low, colour: [1, 0.5, 0.25], points: [0.1, 0, 2, 0.5, 1, 0.7]}
+  - {name: high, colour: [0, 1, 0.5], points: [0, 0.2, 1.9]}
+YAML
+tf-fit own.yaml -o again.yaml --points 6 --stats fit.json --quiet || fail "tf-fit: status $?"
+below "$(figure fit.json residual_largest)" 1e-12 "the largest residual of its own curve"
+tf-fit own.yaml -o fewest.yaml --error-below 1e-9 --stats fewest.json --quiet || fail "--error-below: status $?"
+[ "$(figure fewest.json points)" = 6 ] || fail "$(figure fewest.json points) points, not 6"
+tf-fit again.yaml -o - --points 6 --quiet | grep -q "name: \"low\", colour: \[1, 0.5, 0.25\]" || fail "name and colour got lost"
+
+# One file for all tools: the picture by spectra is the X-ray of the weighted voxels. The Gaussian ends at its faces with
+# exp(-1/(2 0.3^2)) of its peak, and the weight takes v B(v) of that: what the sum has more of than the integral is small.
+vol-phantom gaussian --dims 40x48x44 --spacing 1.1,1,1.3 --origin 3,-7,20 -o one.nrrd || exit 2
+tf-fit --band soft=0.2:0.6=0.8 --band hard=0.5:1=1 --band-colours 1,0.4,0:0,0.5,1 --volume one.nrrd -o tissue.yaml --points 6 --quiet ||
+  fail "bands: status $?"
+vol-fft one.nrrd -o tissue.nrrd --bezier tissue.yaml --compensate es:8 || fail "vol-fft: status $?"
+vol-fft one.nrrd -o more.nrrd --bezier 9 --range "$(sed -n 's/^range: \[\(.*\), \(.*\)\]/\1,\2/p' tissue.yaml)" --compensate es:8 ||
+  fail "vol-fft: status $?"
+for view in 0,0 30,20; do
+  vol-raycast one.nrrd -o ray.exr --model xray --transfer tissue.yaml --size 90x70 --view=$view --reconstruction b-spline --step 0.05v ||
+    fail "vol-raycast: status $?"
+  fvr-slice tissue.nrrd -o fvr.exr --transfer tissue.yaml --size 90x70 --view=$view || fail "fvr-slice: status $?"
+  # Pixels go up to about 10; the B-spline through the weighted voxels is no band-limited field, but close.
+  differs fvr.exr ray.exr max=0.1 rmse=0.01
+  # More spectra than points: the same curve at a higher degree.
+  fvr-slice more.nrrd -o same.exr --transfer tissue.yaml --size 90x70 --view=$view || fail "fvr-slice: status $?"
+  differs same.exr fvr.exr max=1e-4
+done
+img-compare fvr.exr ray.exr --channel R --json --metric max >/dev/null || fail "no channel R"
+# The same as by hand.
+tf-fit --band 0.2:0.6=0.8 --volume one.nrrd -o grey.yaml --points 4 --quiet || fail "status $?"
+vol-fft one.nrrd -o four.nrrd --bezier grey.yaml || fail "status $?"
+fvr-slice four.nrrd -o by-file.exr --transfer grey.yaml --size 64x64 || fail "status $?"
+fvr-slice four.nrrd -o by-hand.exr --size 64x64 --control-points "$(sed -n 's/.*points: \[\(.*\)\].*/\1/p' grey.yaml | tr -d ' ')" || fail "status $?"
+differs by-file.exr by-hand.exr max=1e-6
+# As opacity.
+vol-raycast one.nrrd -o opaque.exr --transfer tissue.yaml --size 32x32 || fail "composite: status $?"
+printf 'transfer: tissue.yaml\n' >scene.yaml
+vol-raycast one.nrrd -o scene.exr --scene scene.yaml --size 32x32 || fail "scene: status $?"
+differs scene.exr opaque.exr max=0
+
+# Every way to fit ends with a file that is read again.
+printf 'value,opacity\n0,0\n0.4,0\n0.4,1\n0.7,1\n0.8,0.2\n1,0.2\n' >step.csv
+last=9
+for n in 1 2 4 8 16 21; do
+  tf-fit step.csv -o step.yaml --points $n --stats step.json --quiet || fail "$n points: status $?"
+  rms=$(figure step.json residual_rms)
+  below "$rms" "$last" "RMS with $n points"
+  last=$rms
+done
+for options in "--fit emission" "--bounds-on none" "--bounds-on curve" "--loss huber" "--loss cauchy --loss-scale 0.01" "--smoothness 1e-3" \
+  --free-range "--curve parametric" "--volume one.nrrd" "--volume one.nrrd --weight uniform" "--volume one.nrrd --weight log-histogram" \
+  "--range=-1,3"; do
+  tf-fit step.csv -o way.yaml --points 7 --quiet $options 2>err || fail "$options: status $?: $(cat err)"
+  vol-raycast one.nrrd -o way.exr --model xray --transfer way.yaml --size 8x8 || fail "$options: its file is not read"
+done
+tf-fit step.csv -o even.yaml --points 5 --stats even.json --quiet && tf-fit step.csv -o free.yaml --points 5 --curve parametric --stats free.json --quiet
+below "$(figure free.json residual_rms)" "$(figure even.json residual_rms)" "free abscissae"
+
+# Right, or one clear line.
+printf '0.5,0.7\n' >one.csv
+tf-fit one.csv --range 0,1 -o constant.yaml --points 1 --quiet && grep -q "points: \[0.7" constant.yaml || fail "one point: $(cat constant.yaml)"
+refused "--range" tf-fit one.csv -o missed.yaml
+printf '0,0\n1,nan\n' >nan.csv
+refused "nan.csv: line 2" tf-fit nan.csv -o missed.yaml
+printf 'nan,0\n1,1\n' >nan.csv
+refused "nan.csv: line 1" tf-fit nan.csv -o missed.yaml
+printf '1,0\n0,1\n' >back.csv
+refused "order" tf-fit back.csv -o missed.yaml
+printf 'bezier: [[0, 1], [2, 1], [1, 1]]\n' >beyond.yaml
+refused "beyond.yaml: line 1" tf-fit beyond.yaml -o missed.yaml
+vol-phantom ramp --dims 4x4x4 -o - | vol-convert - -o constant.nrrd --scale 0,7 || exit 2
+refused "constant.nrrd" tf-fit step.csv --volume constant.nrrd -o missed.yaml
+tf-fit step.csv --volume constant.nrrd --range 0,10 -o deficient.yaml --points 4 --quiet 2>err || fail "one value: status $?"
+grep -q "rank 1 of 4" err || fail "no word of the rank: $(cat err)"
+tf-fit --band 5:6=1 --range 0,1 -o away.yaml --quiet 2>err || fail "band beyond the range: status $?"
+grep -q "no value that counts" err || fail "no word of a band beyond the range: $(cat err)"
+refused "21" tf-fit step.csv -o missed.yaml --points 22
+refused "RMS" tf-fit step.csv -o missed.yaml --error-below 1e-9
+refused "target" tf-fit -o missed.yaml
+refused "target" tf-fit step.csv --band 0:1=1 -o missed.yaml
+refused "LO:HI" tf-fit --band 1:0=1 -o missed.yaml
+refused "LO:HI" tf-fit --band 0:1=nan -o missed.yaml
+refused "colours" tf-fit --band 0:1=1 --band-colours 1,1,1:0,0,0 -o missed.yaml
+refused "--volume" tf-fit step.csv --weight histogram -o missed.yaml
+refused "--bounds" tf-fit step.csv --bounds 2,0 -o missed.yaml
+refused "exclude" tf-fit step.csv --free-range --curve parametric -o missed.yaml
+refused "missed.txt" tf-fit step.csv -o missed.txt
+tf-fit step.csv -o curved.yaml --points 5 --curve parametric --quiet || fail "status $?"
+refused "curved.yaml" vol-fft one.nrrd -o missed.nrrd --bezier curved.yaml
+refused "curved.yaml" fvr-slice tissue.nrrd -o missed.exr --transfer curved.yaml
+refused "values" fvr-slice tissue.nrrd -o missed.exr --transfer own.yaml
+refused "step.csv" fvr-slice tissue.nrrd -o missed.exr --transfer step.csv
+tf-fit tissue.yaml -o eight.yaml --points 8 --quiet || fail "status $?"
+refused "8 control points" fvr-slice tissue.nrrd -o missed.exr --transfer eight.yaml
+refused "--bezier 22" vol-fft one.nrrd -o missed.nrrd --bezier 22
+refused "--range" vol-fft one.nrrd -o missed.nrrd --bezier tissue.yaml --range 0,1
+[ ! -e missed.yaml ] && [ ! -e missed.exr ] && [ ! -e missed.nrrd ] || fail "a refused run left its output"
+exit $failed

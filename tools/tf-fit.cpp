@@ -1,0 +1,329 @@
+// tf-fit: Bezier transfer curves for Fourier volume rendering, fitted to what the user wants to see.
+//   tf-fit bone.yaml -o fitted.yaml --points 6 --volume head.nrrd
+//   tf-fit --band bone=1150:3926=1 --band skin=300:900=0.4 --band-colours 1,1,0.9:0.9,0.6,0.5 -o fitted.yaml
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "base/error.h"
+#include "cli/naming.h"
+#include "cli/options.h"
+#include "cli/run.h"
+#include "cli/volume_input.h"
+#include "fit/bezier_fit.h"
+#include "io/file.h"
+#include "io/scene.h"
+
+namespace {
+
+using namespace vol;
+
+struct Options {
+  std::filesystem::path target, output, volume;
+  std::vector<std::string> bands, colours;
+  std::optional<int> points;
+  std::optional<double> error_below;
+  std::string weight, quantity = "weight", bounds_on = "points", loss = "none", curve = "even";
+  std::vector<double> range, bounds{0, 2};
+  int samples = 1024;
+  fit::FitOptions fit;
+};
+
+void declare(CLI::App& app, Options& o) {
+  app.add_option(
+         "target", o.target,
+         "Opacity over data value: transfer function (.yaml, ParaView's .json), or lines of value, weight "
+         "(.csv)")
+      ->group("Files");
+  app.add_option("-o,--output", o.output, "Transfer function of Bezier curves (.yaml); - is standard output")
+      ->required()
+      ->group("Files");
+  app.add_option("--volume", o.volume,
+                 "Volume whose histogram says what counts, and whose range is fitted over")
+      ->group("Files");
+
+  const char* target = "Target";
+  app.add_option("--band", o.bands,
+                 "[NAME=]LO:HI=WEIGHT: this weight for values from LO to HI, else 0; may be given several "
+                 "times, a curve "
+                 "each")
+      ->take_all()
+      ->group(target);
+  app.add_option("--band-colours", o.colours, "R,G,B:R,G,B ..., linear, one a band [white]")
+      ->delimiter(':')
+      ->group(target);
+  app.add_option("--range", o.range, "Values of v = 0 and v = 1 [of the volume, else of the target]")
+      ->delimiter(',')
+      ->expected(2)
+      ->type_name("LO,HI")
+      ->group(target);
+  app.add_option("--fit", o.quantity,
+                 "weight: B(v) comes close to the target; emission: v B(v), what a picture adds up")
+      ->check(CLI::IsMember({"weight", "emission"}))
+      ->capture_default_str()
+      ->group(target);
+
+  const char* curve = "Curve";
+  app.add_option("--points", o.points, "Control points, 1 to 21; with --error-below the most [6; 21]")
+      ->check(CLI::Range(1, transfer::kMostControlPoints))
+      ->group(curve);
+  app.add_option("--error-below", o.error_below,
+                 "The fewest points whose RMS is at most this; status 2 if none has")
+      ->check(cli::check_non_negative)
+      ->group(curve);
+  app.add_option("--curve", o.curve,
+                 "even: points evenly spaced in v, as spectra need them; parametric: their abscissae are "
+                 "fitted too (vol-raycast alone draws it)")
+      ->check(CLI::IsMember({"even", "parametric"}))
+      ->capture_default_str()
+      ->group(curve);
+  app.add_flag("--free-range", o.fit.free_range, "Fit the values of v = 0 and v = 1, too, from --range on")
+      ->group(curve);
+  app.add_option("--bounds", o.bounds, "Least and largest weight")
+      ->delimiter(',')
+      ->expected(2)
+      ->type_name("LO,HI")
+      ->capture_default_str()
+      ->group(curve);
+  app.add_option("--bounds-on", o.bounds_on,
+                 "What keeps them: the control points, and so the curve; the curve alone; or none")
+      ->check(CLI::IsMember({"points", "curve", "none"}))
+      ->capture_default_str()
+      ->group(curve);
+
+  const char* error = "What counts";
+  app.add_option(
+         "--weight", o.weight,
+         "Of a value: uniform, or by its voxels in the volume n: histogram n, log-histogram log(1 + n) "
+         "[histogram with --volume, else uniform]")
+      ->check(CLI::IsMember({"uniform", "histogram", "log-histogram"}))
+      ->group(error);
+  app.add_option("--samples", o.samples,
+                 "Places of the uniform weight, bins of volumes that are not integers")
+      ->check(CLI::Range(1, 1 << 20))
+      ->capture_default_str()
+      ->group(error);
+  app.add_option("--loss", o.loss, "Of a residual: none (its square), huber or cauchy (less for outliers)")
+      ->check(CLI::IsMember({"none", "huber", "cauchy"}))
+      ->capture_default_str()
+      ->group(error);
+  app.add_option("--loss-scale", o.fit.loss_scale,
+                 "Residual from which on a loss counts less than the square")
+      ->check(cli::check_positive)
+      ->capture_default_str()
+      ->group(error);
+  app.add_option("--smoothness", o.fit.smoothness,
+                 "Added to the mean square: this times the squared second differences of the points")
+      ->check(CLI::Range(0.0, 1e12))
+      ->capture_default_str()
+      ->group(error);
+}
+
+/// What one curve is fitted to.
+struct Target {
+  std::string name;
+  Vec3 colour{1, 1, 1};
+  std::function<double(double)> weight;  ///< of a data value
+};
+
+struct Band {
+  std::string name;
+  double lo = 0, hi = 0, weight = 0;
+};
+
+Band parse_band(const std::string& word) {
+  Band band;
+  const std::size_t last = word.rfind('='), colon = word.rfind(':');
+  const auto number = [](const std::string& text, double& value) {
+    return !text.empty() && CLI::detail::lexical_cast(text, value) && std::abs(value) <= 1e30;
+  };
+  bool good = last != std::string::npos && colon != std::string::npos && colon < last;
+  if (good) {
+    const std::size_t first = word.rfind('=', last - 1);
+    const bool named = last > 0 && first != std::string::npos;
+    const std::size_t begin = named ? first + 1 : 0;
+    if (named) band.name = word.substr(0, first);
+    good = begin < colon && number(word.substr(begin, colon - begin), band.lo) &&
+           number(word.substr(colon + 1, last - colon - 1), band.hi) &&
+           number(word.substr(last + 1), band.weight) && band.lo <= band.hi;
+  }
+  if (!good) throw Error("--band " + word + ": expected [NAME=]LO:HI=WEIGHT with LO at most HI");
+  return band;
+}
+
+/// The targets of a run, and the values that they are about.
+struct Wanted {
+  std::vector<Target> targets;
+  volume::Range range{0, 1};
+};
+
+Wanted wanted_of_bands(const Options& o) {
+  Wanted wanted;
+  if (!o.colours.empty() && o.colours.size() != o.bands.size()) {
+    throw Error("--band-colours: " + std::to_string(o.colours.size()) + " colours for " +
+                std::to_string(o.bands.size()) + " bands");
+  }
+  for (std::size_t b = 0; b < o.bands.size(); ++b) {
+    const Band band = parse_band(o.bands[b]);
+    Target target{band.name, Vec3::Ones(),
+                  [band](double value) { return value >= band.lo && value <= band.hi ? band.weight : 0.0; }};
+    if (!o.colours.empty()) {
+      target.colour = cli::parse_vec3("--band-colours", o.colours[b]);
+      if (!target.colour.allFinite() || target.colour.minCoeff() < 0) {
+        throw Error("--band-colours " + o.colours[b] + ": expected numbers that are finite and at least 0");
+      }
+    }
+    wanted.targets.push_back(std::move(target));
+  }
+  return wanted;
+}
+
+Wanted wanted_of_profile(transfer::Profile profile) {
+  Wanted wanted;
+  wanted.range = {profile.points().front().value, profile.points().back().value};
+  wanted.targets.push_back(
+      {"", Vec3::Ones(), [p = std::move(profile)](double value) { return p.value(value); }});
+  return wanted;
+}
+
+Wanted wanted_of_file(const std::filesystem::path& path, cli::Record& record) {
+  if (io::is_standard_stream(path)) throw Error("the target is a file: its name says what form it has");
+  record.input(path);
+  if (path.extension() == ".csv") return wanted_of_profile(io::read_profile(path));
+  if (const auto bezier = io::read_bezier(path)) {
+    Wanted wanted;
+    wanted.range = {bezier->lo, bezier->hi};
+    for (const auto& band : bezier->bands) {
+      wanted.targets.push_back({band.name, band.colour, [band, b = *bezier](double value) {
+                                  return band.curve.value(b.scaled(value));
+                                }});
+    }
+    return wanted;
+  }
+  std::vector<transfer::ProfilePoint> points;
+  const transfer::TransferFunction transfer = io::read_transfer_function(path);
+  for (const auto& p : transfer.opacities()) points.push_back({p.value, p.opacity});
+  return wanted_of_profile(transfer::Profile(std::move(points)));
+}
+
+Wanted wanted_of(const Options& o, cli::Record& record) {
+  if (o.target.empty() == o.bands.empty()) throw Error("either a target or --band is expected");
+  if (o.bands.empty() && !o.colours.empty()) throw Error("--band-colours are for --band");
+  return o.target.empty() ? wanted_of_bands(o) : wanted_of_file(o.target, record);
+}
+
+fit::FitOptions fit_options(const Options& o) {
+  fit::FitOptions f = o.fit;
+  f.points = o.points.value_or(o.error_below ? transfer::kMostControlPoints : 6);
+  f.quantity = o.quantity == "emission" ? fit::Quantity::emission : fit::Quantity::weight;
+  f.bounds = o.bounds_on == "points"  ? fit::Bounds::points
+             : o.bounds_on == "curve" ? fit::Bounds::curve
+                                      : fit::Bounds::none;
+  f.least = o.bounds[0];
+  f.most = o.bounds[1];
+  if (!(f.least < f.most) || !std::isfinite(f.most - f.least)) {
+    throw Error("--bounds: two numbers are expected, the first below the second");
+  }
+  f.loss = o.loss == "huber" ? fit::Loss::huber : o.loss == "cauchy" ? fit::Loss::cauchy : fit::Loss::none;
+  f.parametric = o.curve == "parametric";
+  return f;
+}
+
+fit::Samples samples_of(const Options& o, Wanted& wanted, cli::Record& record) {
+  if (!o.range.empty()) wanted.range = {o.range[0], o.range[1]};
+  if (o.volume.empty()) {
+    if (!o.weight.empty() && o.weight != "uniform") throw Error("--weight " + o.weight + " needs --volume");
+    return fit::uniform_samples(wanted.range, o.samples);
+  }
+  const volume::Volume volume = cli::load(o.volume, {}, record);
+  return cli::naming(o.volume, [&] {
+    if (o.range.empty()) wanted.range = volume::value_range(volume);
+    const auto weighting = fit::weighting_from_name(o.weight.empty() ? "histogram" : o.weight);
+    if (weighting == fit::Weighting::uniform) return fit::uniform_samples(wanted.range, o.samples);
+    return record.timed("histogram",
+                        [&] { return fit::histogram_samples(volume, wanted.range, o.samples, weighting); });
+  });
+}
+
+void report(const fit::Fit& found, const std::vector<Target>& targets, cli::Record& record) {
+  const int points = static_cast<int>(found.curves.front().ordinates().size());
+  nlohmann::json curves = nlohmann::json::array();
+  fit::Residual worst;
+  for (std::size_t c = 0; c < found.curves.size(); ++c) {
+    const fit::Residual& r = found.residuals[c];
+    curves.push_back({{"name", targets[c].name},
+                      {"points", found.curves[c].ordinates()},
+                      {"abscissae", found.curves[c].abscissae()},
+                      {"residual_rms", r.rms},
+                      {"residual_largest", r.largest}});
+    worst.rms = std::max(worst.rms, r.rms);
+    worst.largest = std::max(worst.largest, r.largest);
+  }
+  record.result("curves", curves);
+  record.result("range", {found.range.min, found.range.max});
+  record.result("method", found.method);
+  record.result("rank", found.rank);
+  record.result("condition",
+                std::isfinite(found.condition) ? nlohmann::json(found.condition) : nlohmann::json());
+  record.error("residual_rms", worst.rms);
+  record.error("residual_largest", worst.largest);
+  record.count("points", points);
+  record.count("iterations", found.iterations);
+  if (found.rank < points) {
+    record.warn("rank " + std::to_string(found.rank) + " of " + std::to_string(points) +
+                ": many curves are as near, of their control points the shortest were taken");
+  }
+  char text[160];
+  std::snprintf(text, sizeof text, "%d points by %s: RMS %.4g, largest %.4g, condition %.3g", points,
+                found.method.c_str(), worst.rms, worst.largest, found.condition);
+  record.say(text);
+}
+
+int work(const Options& o, cli::Record& record) {
+  if (!io::is_standard_stream(o.output) && o.output.extension() != ".yaml" &&
+      o.output.extension() != ".yml") {
+    throw Error(o.output.string() + ": a transfer function goes to a .yaml file, or to - (standard output)");
+  }
+  io::require_writable(o.output);
+  const fit::FitOptions f = fit_options(o);  // wrong words are answered before a large file is read
+  Wanted wanted = wanted_of(o, record);
+  const fit::Samples samples = samples_of(o, wanted, record);
+  record.resolved("range", {wanted.range.min, wanted.range.max});
+  std::vector<std::vector<double>> targets;
+  for (std::size_t t = 0; t < wanted.targets.size(); ++t) {
+    targets.push_back(samples.targets(wanted.targets[t].weight));
+    const auto none = [](double weight) { return weight == 0; };
+    if (!o.bands.empty() && parse_band(o.bands[t]).weight != 0 &&
+        std::all_of(targets.back().begin(), targets.back().end(), none)) {
+      record.warn("--band " + o.bands[t] + ": no value that counts lies in it");
+    }
+  }
+  const fit::Fit found = record.repeated("fit", [&] {
+    return o.error_below ? fit::fit_within(samples, targets, f, *o.error_below)
+                         : fit::fit_bezier(samples, targets, f);
+  });
+  report(found, wanted.targets, record);
+  transfer::BezierTransfer bezier{found.range.min, found.range.max, {}};
+  for (std::size_t c = 0; c < found.curves.size(); ++c) {
+    bezier.bands.push_back({wanted.targets[c].name, wanted.targets[c].colour, found.curves[c]});
+  }
+  record.timed("write", [&] { io::write_bezier(o.output, bezier, record.provenance()); });
+  record.output(o.output);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Bezier transfer curves fitted to a target: weights B(v) for fvr-slice, vol-fft and vol-raycast, v\n"
+      "the data value scaled to 0 to 1. Linear fits by QR; other losses and unknowns by Ceres."};
+  Options options;
+  declare(app, options);
+  return cli::run(app,
+                  {.name = "tf-fit",
+                   .example = "tf-fit --band 0.5:0.8=1 -o fitted.yaml --points 8",
+                   .references = "Cheng 2007",
+                   .repeats = true},
+                  argc, argv, [&](cli::Record& record) { return work(options, record); });
+}
