@@ -1,0 +1,123 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "volume/field_sampler.h"
+#include "volume/volume.h"
+#include "wavelet/decomposition.h"
+#include "wavelet/prototypes.h"
+
+namespace vol::wavelet {
+
+/// A coefficient at one place: with u[a] = (x[a] + shift[a]) / scale[a] - k[a] in index space it adds
+/// c f0(u[0]) f1(u[1]) f2(u[2]), f the band's factors.
+struct Term {
+  double c = 0;  ///< coefficient times the band's weight
+  std::array<std::int32_t, 3> k{0, 0, 0};
+};
+
+/// All terms of one level and orientation, in Morton order, and a tree of boxes over them.
+struct Band {
+  static constexpr std::size_t kFanout = 8;
+  struct Node {
+    std::array<std::int32_t, 3> lower, upper;  ///< of the terms' k, both inclusive
+  };
+
+  int level = 1;
+  int orientation = 0;
+  double weight = 1;            ///< 2^(-level/2) for every transformed axis
+  std::array<int, 3> factor{};  ///< numbers of functions of the expansion
+  Vec3 scale = Vec3::Ones();
+  Vec3 shift = Vec3::Zero();
+  Vec3 lower = Vec3::Zero();  ///< support of a factor in u
+  Vec3 upper = Vec3::Ones();
+  std::vector<Term> terms;
+  std::vector<std::vector<Node>> nodes;  ///< [0]: one for kFanout terms; the last: one node
+
+  /// Box in index space outside of which a node's terms vanish.
+  [[nodiscard]] Box3 box(const Node& node) const;
+  [[nodiscard]] Box3 box(const Term& term) const { return box(Node{term.k, term.k}); }
+
+  /// Calls f(term) for each term whose own box passes meets(box), in the terms' order. meets must hold for a
+  /// box that contains one for which it holds.
+  template <class Meets, class F>
+  void visit(const Meets& meets, const F& f) const {
+    if (!nodes.empty()) visit(nodes.size() - 1, 0, meets, f);
+  }
+
+ private:
+  template <class Meets, class F>
+  void visit(std::size_t depth, std::size_t node, const Meets& meets, const F& f) const {
+    if (!meets(box(nodes[depth][node]))) return;
+    const std::size_t begin = node * kFanout;
+    const std::size_t count = depth == 0 ? terms.size() : nodes[depth - 1].size();
+    for (std::size_t i = begin; i < begin + kFanout && i < count; ++i) {
+      if (depth > 0) {
+        visit(depth - 1, i, meets, f);
+      } else if (meets(box(terms[i]))) {
+        f(terms[i]);
+      }
+    }
+  }
+};
+
+struct ExpansionOptions {
+  int depth = 8;  ///< splines on multiples of 2^-depth; haar and Battle-Lemarie need none
+};
+
+/// The field that a wavelet transform stands for, without rebuilding its samples (Gross, Lippert, Dreger &
+/// Koch 1995, section 4.1):
+///   f(x) = sum_j c[j] w_j(x),  w_j a product of phi(2^-m (x + mu) - k) or psi(...) times 2^(-m/2) an axis,
+/// x in samples, mu the first moment of phi, so that pictures do not shift: equal to sum_k c0[k] phi(x - k +
+/// mu), c0 the samples that the inverse transform gives, up to the deviation of the prototypes. It does not
+/// interpolate c0 but for Haar. What the transform extended the volume by lies outside the bounds; the
+/// transform's period is that of the extended box, and functions that reach over its end come in on the other
+/// side. Along an axis of one sample f is constant. A FieldSampler. Only coefficients that are not zero are
+/// stored and visited, once for each place where their function meets the box.
+class Expansion {
+ public:
+  /// Throws vol::Error on a decomposition that validate() refuses, a symmetric boundary (its reflected
+  /// coefficients beyond the box are not stored), and an axis of 2^30 samples or more.
+  template <class T>
+  explicit Expansion(const Decomposition<T>& decomposition, const ExpansionOptions& options = {});
+
+  [[nodiscard]] double value(const Vec3& p_world) const;
+  [[nodiscard]] Vec3 gradient(const Vec3& p_world) const;
+  [[nodiscard]] const volume::FieldBounds& bounds() const { return bounds_; }
+
+  [[nodiscard]] double value_index(const Vec3& p_index) const;  ///< not clamped
+  [[nodiscard]] Vec3 gradient_index(const Vec3& p_index) const;
+
+  [[nodiscard]] const volume::GridGeometry& geometry() const { return geometry_; }
+  [[nodiscard]] const Box3& index_box() const { return box_; }
+  [[nodiscard]] const std::vector<Band>& bands() const { return bands_; }  ///< those with terms
+  [[nodiscard]] const PiecewiseCubic& function(int number) const {
+    return functions_[static_cast<std::size_t>(number)];
+  }
+  [[nodiscard]] std::int64_t coefficients() const { return coefficients_; }  ///< that are not zero
+  /// Largest distance of phi and of psi from the true functions.
+  [[nodiscard]] double phi_deviation() const { return phi_deviation_; }
+  [[nodiscard]] double psi_deviation() const { return psi_deviation_; }
+
+ private:
+  volume::GridGeometry geometry_;
+  volume::FieldBounds bounds_;
+  Box3 box_;
+  Mat3 world_to_index_;
+  std::vector<PiecewiseCubic> functions_;
+  std::vector<Band> bands_;
+  std::int64_t coefficients_ = 0;
+  double phi_deviation_ = 0, psi_deviation_ = 0;
+};
+
+/// Integral of c times a band's function along the line origin + t direction, t in [begin, end], in index
+/// space (Gross et al., eq. 31-37). Exact but for rounding: between knots each factor is a polynomial in t,
+/// written about the middle of the piece so that none of its digits are lost; their product is of degree 9 at
+/// most and is integrated in closed form.
+/// \param pieces  if given, the number of polynomial pieces is added
+[[nodiscard]] double line_integral(const Expansion& expansion, const Band& band, const Term& term,
+                                   const Vec3& origin, const Vec3& direction, double begin, double end,
+                                   std::int64_t* pieces = nullptr);
+
+}  // namespace vol::wavelet
