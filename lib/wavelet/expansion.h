@@ -63,7 +63,7 @@ struct Band {
 };
 
 struct ExpansionOptions {
-  int depth = 8;  ///< splines on multiples of 2^-depth; haar and Battle-Lemarie need none
+  int depth = 6;  ///< splines on multiples of 2^-depth; haar and Battle-Lemarie need none
 };
 
 /// The field that a wavelet transform stands for, without rebuilding its samples (Gross, Lippert, Dreger &

@@ -10,6 +10,7 @@
 #include "wavelet/expansion.h"
 #include "wavelet/filters.h"
 #include "wavelet/layout.h"
+#include "wavelet_label.h"
 
 namespace vol::wavelet {
 namespace {
@@ -17,14 +18,7 @@ namespace {
 static_assert(volume::FieldSampler<Expansion>);
 
 class ExpansionOf : public testing::TestWithParam<std::string> {};
-std::string label(const testing::TestParamInfo<std::string>& info) {
-  std::string name = info.param;
-  for (char& c : name) {
-    if (c == '-' || c == ':') c = '_';
-  }
-  return name;
-}
-INSTANTIATE_TEST_SUITE_P(Wavelets, ExpansionOf, testing::ValuesIn(wavelet_names()), label);
+INSTANTIATE_TEST_SUITE_P(Wavelets, ExpansionOf, testing::ValuesIn(wavelet_names()), wavelet_label);
 
 Decomposition<double> transformed(const volume::Volume& volume, const std::string& wavelet, int levels) {
   return analyze<double>(volume, {.wavelet = wavelet, .levels = levels}, volume::value_range(volume));

@@ -1,0 +1,127 @@
+// wavelet-raycast: pictures of the field that wavelet coefficients stand for, without rebuilding the volume.
+//   vol-dwt head.nrrd -o head.vdb --wavelet coiflet-6 --keep-energy 0.999
+//   wavelet-raycast head.vdb -o head.exr --view 30,20 --size 256x256 --stats head.json
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "cli/camera_options.h"
+#include "cli/naming.h"
+#include "cli/options.h"
+#include "cli/run.h"
+#include "io/scene.h"
+#include "io/vdb.h"
+#include "io/write_image.h"
+#include "render/wavelet_xray.h"
+
+namespace {
+
+using namespace vol;
+
+struct Options {
+  std::filesystem::path input, output, scene;
+  std::string format, model = "xray";
+  cli::CameraOptions camera;
+  std::optional<double> exposure;
+  wavelet::ExpansionOptions expansion;
+};
+
+void declare(CLI::App& app, Options& o) {
+  app.add_option("input", o.input, "Coefficients of vol-dwt (.vdb); - is standard input")
+      ->required()
+      ->group("Files");
+  app.add_option("-o,--output", o.output,
+                 "Picture (.exr: R, G, B, A, samples: coefficients met, depth; .png); - is standard output")
+      ->required()
+      ->group("Files");
+  app.add_option("--format", o.format, "exr or png [by extension; exr]")->group("Files");
+  app.add_option("--scene", o.scene, "Scene (YAML): its camera and background")->group("Files");
+
+  const char* picture = "Picture (overrules the scene)";
+  cli::add_camera(app, o.camera, picture);
+  app.add_option("--model", o.model, "xray (integral, value times world length)")
+      ->check(CLI::IsMember({"xray"}))
+      ->capture_default_str()
+      ->group(picture);
+  app.add_option("--exposure", o.exposure, "PNG: what values are multiplied by [the largest becomes white]")
+      ->check(cli::check_positive)
+      ->group(picture);
+
+  const char* accuracy = "Accuracy against cost";
+  app.add_option("--depth", o.expansion.depth,
+                 "Basis functions are cubic splines through their values at multiples of 2^-DEPTH, 1 to 14 "
+                 "(haar and battle-lemarie are exact)")
+      ->check(CLI::Range(1, wavelet::kMaxDepth))
+      ->capture_default_str()
+      ->group(accuracy);
+}
+
+double exposure_of(const image::Image& picture, const Options& o) {
+  if (o.exposure) return *o.exposure;
+  float largest = 0;
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) largest = std::max(largest, picture.at(x, y, 0));
+  }
+  return largest > 0 ? 1 / double(largest) : 1;
+}
+
+int work(Options& o, cli::Record& record) {
+  io::require_image_format(o.output, o.format);
+  io::SceneFile file = o.scene.empty() ? io::SceneFile{} : io::read_scene(o.scene);
+  cli::apply(o.camera, file.scene.view);
+  file.scene.model = render::Model::xray;
+  render::RenderOptions options;
+  const auto size = cli::parse_image_size("--size", o.camera.size);
+  options.width = size[0];
+  options.height = size[1];
+  if (!o.scene.empty()) record.input(o.scene);
+  record.input(o.input);
+  const auto coefficients = record.timed("read", [&] { return io::read_coefficients(o.input); });
+  const auto expansion = record.timed("prepare", [&] {
+    return cli::naming(o.input, [&] {
+      return std::visit([&](const auto& d) { return wavelet::Expansion(d, o.expansion); },
+                        coefficients.decomposition);
+    });
+  });
+  record.resolved("scene", io::to_json(file.scene));
+  record.count("coefficients", expansion.coefficients());
+  record.error("phi_deviation", expansion.phi_deviation());
+  record.error("psi_deviation", expansion.psi_deviation());
+
+  render::WaveletCounts counts;
+  auto result = record.repeated(
+      "render", [&] { return render::WaveletXray(expansion).draw(file.scene, options, &counts); });
+  record.count("rays", result.counts.rays);
+  record.count("coefficients_met", result.counts.samples);
+  record.count("pieces", counts.pieces);
+
+  for (const auto& [key, value] : record.provenance()) result.image.attributes[key] = value;
+  const Vec3& b = file.scene.background;
+  result.image.attributes["precis.background"] = nlohmann::json{b[0], b[1], b[2]}.dump();
+  const double exposure = exposure_of(result.image, o);
+  record.timed("write", [&] {
+    io::write_image(o.output, result.image, o.format, {b[0], b[1], b[2]}, exposure);
+  });
+  record.output(o.output);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "X-ray pictures of the field that the coefficients of vol-dwt stand for, without rebuilding the "
+      "volume:\n"
+      "along each ray the basis functions are polynomials, integrated exactly. The work is that of the "
+      "coefficients met."};
+  Options options;
+  declare(app, options);
+  return cli::run(
+      app,
+      {.name = "wavelet-raycast",
+       .example = "vol-phantom gaussian --dims 32 -o - | vol-dwt - -o - --wavelet coiflet-6 --keep 500 | "
+                  "wavelet-raycast - -o picture.exr --view 30,20 --size 128x128",
+       .references = "Gross, Lippert, Dreger & Koch 1995",
+       .repeats = true},
+      argc, argv, [&](cli::Record& record) { return work(options, record); });
+}
