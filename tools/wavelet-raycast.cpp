@@ -2,7 +2,10 @@
 //   vol-dwt head.nrrd -o head.vdb --wavelet coiflet-6 --keep-energy 0.999
 //   wavelet-raycast head.vdb -o head.exr --view 30,20 --size 256x256 --stats head.json
 #include <algorithm>
+#include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <sstream>
 
 #include "base/error.h"
 #include "cli/camera_options.h"
@@ -13,6 +16,7 @@
 #include "io/vdb.h"
 #include "io/write_image.h"
 #include "render/wavelet_xray.h"
+#include "wavelet/significance.h"
 
 namespace {
 
@@ -23,6 +27,8 @@ struct Options {
   std::string format, model = "xray";
   cli::CameraOptions camera;
   std::optional<double> exposure;
+  std::string levels, region;
+  std::optional<std::int64_t> budget;
   wavelet::ExpansionOptions expansion;
 };
 
@@ -47,6 +53,18 @@ void declare(CLI::App& app, Options& o) {
       ->check(cli::check_positive)
       ->group(picture);
 
+  const char* detail = "Level of detail (what of the file's coefficients is drawn)";
+  app.add_option("--levels", o.levels,
+                 "A:B, levels A to B, 1 the finest; the approximation belongs to the coarsest [all]")
+      ->group(detail);
+  app.add_option("--budget", o.budget, "The N of the largest energy [all]")
+      ->check(cli::check_whole_number)
+      ->group(detail);
+  app.add_option("--region", o.region,
+                 "x0,y0,z0:x1,y1,z1, voxels, half open: all detail inside; outside what --budget leaves, or "
+                 "only the approximation where there is none")
+      ->group(detail);
+
   const char* accuracy = "Accuracy against cost";
   app.add_option("--depth", o.expansion.depth,
                  "Basis functions are cubic splines through their values at multiples of 2^-DEPTH, 1 to 14 "
@@ -54,6 +72,43 @@ void declare(CLI::App& app, Options& o) {
       ->check(CLI::Range(1, wavelet::kMaxDepth))
       ->capture_default_str()
       ->group(accuracy);
+}
+
+struct Levels {
+  int finest, coarsest;
+};
+
+Levels parse_levels(const std::string& text) {
+  std::istringstream in(text);
+  Levels levels{};
+  char colon = 0;
+  if (in >> levels.finest >> colon >> levels.coarsest && colon == ':' && in.peek() == EOF &&
+      levels.finest >= 0 && levels.finest <= levels.coarsest) {
+    return levels;
+  }
+  throw Error("--levels " + text + ": expected A:B, two levels, the finer first, as 1:3");
+}
+
+/// Sets to zero what is not to be drawn.
+template <class T>
+void limit_detail(wavelet::Decomposition<T>& d, const Options& o, cli::Record& record) {
+  if (!o.levels.empty()) {
+    const Levels levels = parse_levels(o.levels);
+    if (levels.finest > d.levels) {
+      throw Error("--levels " + o.levels + ": the coefficients have levels up to " +
+                  std::to_string(d.levels));
+    }
+    for (auto& band : d.subbands) {
+      if (band.level >= levels.finest && band.level <= levels.coarsest) continue;
+      std::fill(band.coefficients.begin(), band.coefficients.end(), T{0});
+    }
+  }
+  wavelet::Rejection rejection{.keep = o.budget};
+  if (!o.region.empty()) {
+    const auto box = cli::parse_region("--region", o.region);
+    rejection.region = wavelet::VoxelBox{box.lower, box.upper};
+  }
+  if (rejection.any()) record.result("norm_not_drawn", wavelet::reject(d, rejection).rejected_norm);
 }
 
 double exposure_of(const image::Image& picture, const Options& o) {
@@ -74,13 +129,19 @@ int work(Options& o, cli::Record& record) {
   const auto size = cli::parse_image_size("--size", o.camera.size);
   options.width = size[0];
   options.height = size[1];
+  if (!o.levels.empty()) (void)parse_levels(o.levels);  // wrong words are answered before a file is read
+  if (!o.region.empty()) (void)cli::parse_region("--region", o.region);
   if (!o.scene.empty()) record.input(o.scene);
   record.input(o.input);
-  const auto coefficients = record.timed("read", [&] { return io::read_coefficients(o.input); });
+  auto coefficients = record.timed("read", [&] { return io::read_coefficients(o.input); });
   const auto expansion = record.timed("prepare", [&] {
     return cli::naming(o.input, [&] {
-      return std::visit([&](const auto& d) { return wavelet::Expansion(d, o.expansion); },
-                        coefficients.decomposition);
+      return std::visit(
+          [&](auto& d) {
+            limit_detail(d, o, record);
+            return wavelet::Expansion(d, o.expansion);
+          },
+          coefficients.decomposition);
     });
   });
   record.resolved("scene", io::to_json(file.scene));

@@ -39,6 +39,7 @@ SMALL = {
     "fvr-slice-gpu": "{spectrum} -o out.exr --size 32x24 --view 30,20",
     "isosurf-mc": "{volume} --isovalue 0.5 -o out.ply",
     "isosurf-ray": "{volume} --isovalue 0.5 -o out.exr --size 16x16",
+    "wavelet-raycast": "{coefficients} -o out.exr --size 16x16",
 }
 LONG = {
     "vol-phantom": "protein --dims 400x400x400 --type f64 -o out.nrrd",
@@ -50,12 +51,13 @@ LONG = {
     "fvr-slice-gpu": "{spectrum} -o out.exr --size 1024x1024 --turntable 2000",
     "isosurf-mc": "{big} --isovalue " + ",".join(f"{n / 40}" for n in range(1, 40)) + " -o out.obj",
     "isosurf-ray": "{volume} --isovalue 0.5 -o out.exr --size 4096x4096 --reconstruction catmull-rom",
+    "wavelet-raycast": "{coefficients} -o out.exr --size 4096x4096",
 }
 READS = {  # an input of the kind the tool wants, by the placeholder above
     "vol-info": "volume", "vol-convert": "volume", "vol-compare": "volume", "vol-dwt": "volume",
     "vol-index": "coefficients", "vol-raycast": "volume", "img-compare": "image",
     "vol-fft": "volume", "tf-fit": "profile", "fvr-slice": "spectrum", "fvr-slice-gpu": "spectrum",
-    "isosurf-mc": "volume", "isosurf-ray": "volume",
+    "isosurf-mc": "volume", "isosurf-ray": "volume", "wavelet-raycast": "coefficients",
 }
 MAKE = {
     "volume": ("volume.nrrd", "vol-phantom marschner-lobb --dims 17x16x15 -o volume.nrrd"),
