@@ -180,7 +180,7 @@ int main(int argc, char** argv) {
   return cli::run(
       app,
       {.name = "wavelet-raycast",
-       .example = "vol-phantom gaussian --dims 32 -o - | vol-dwt - -o - --wavelet coiflet-6 --keep 500 | "
+       .example = "vol-phantom gaussian --dims 32 -o - | vol-dwt - -o - --wavelet haar --keep 500 | "
                   "wavelet-raycast - -o picture.exr --view 30,20 --size 128x128",
        .references = "Gross, Lippert, Dreger & Koch 1995",
        .repeats = true},
