@@ -135,7 +135,7 @@ TEST(Spectrum, WhatContradictsItselfIsRefused) {
   refused([](auto& i) { i.names = {"a", "b"}; });
   refused([](auto& i) {
     i.model = "bezier";
-    i.names.resize(17);
+    i.names.resize(transfer::kMostControlPoints + 1);
   });
   refused([](auto& i) {  // a size whose padding is not looked for one by one
     i.geometry.dims = {std::int64_t{1} << 58, 1, 1};
