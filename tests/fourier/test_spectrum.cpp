@@ -4,6 +4,7 @@
 #include "base/parallel.h"
 #include "direct.h"
 #include "fourier/slice_source.h"
+#include "transfer/bezier.h"
 
 namespace vol::fourier {
 namespace {
