@@ -12,6 +12,7 @@
 #include "cli/volume_input.h"
 #include "io/any_volume.h"
 #include "volume/analytic_field.h"
+#include "volume/analytic_texture.h"
 
 namespace {
 
@@ -19,7 +20,7 @@ using namespace vol;
 
 struct Options {
   std::string name;
-  std::filesystem::path output;
+  std::filesystem::path output, labels_output;
   std::string format;
   std::string dims = "64x64x64";
   std::string spacing = "1";
@@ -51,6 +52,8 @@ void declare(CLI::App& app, Options& o) {
       ->group("Files");
   app.add_option("--format", o.format, "Format where the extension does not say: nrrd, mha, vti, vdb, raw")
       ->group("Files");
+  app.add_option("--labels-output", o.labels_output, "Of texture: a second volume, u8, the region of every voxel")
+      ->group("Files");
   app.add_flag("--compress", o.compress, "zlib, where the format has it")->group("Files");
   app.add_option("--dims", o.dims, "Samples along x, y, z, or one number for a cube")
       ->capture_default_str()
@@ -73,7 +76,7 @@ void declare(CLI::App& app, Options& o) {
       ->expected(2)
       ->type_name("LO,HI")
       ->group("Values");
-  app.add_option("--seed", o.seed, "Seed of gaussians, protein and noise")
+  app.add_option("--seed", o.seed, "Seed of gaussians, protein, noise and texture")
       ->check(cli::check_whole_number)
       ->capture_default_str()
       ->group("Values");
@@ -81,6 +84,10 @@ void declare(CLI::App& app, Options& o) {
 
 int make_phantom(const Options& o, cli::Record& record) {
   io::require_volume_output(o.output, o.format);
+  if (!o.labels_output.empty()) {
+    if (o.name != "texture") throw Error("--labels-output: " + o.name + " has no regions; texture has");
+    io::require_volume_output(o.labels_output, "");
+  }
   volume::AnalyticOptions options;
   options.seed = o.seed;
   options.geometry.dims = cli::parse_dims("--dims", o.dims);
@@ -100,6 +107,10 @@ int make_phantom(const Options& o, cli::Record& record) {
   record.count("voxels", options.geometry.count());
   if (!volume::is_floating_point(type)) record.result("scale_range", {scale.min, scale.max});
   cli::save(o.output, phantom, record, o.format, o.compress);
+  if (!o.labels_output.empty()) {
+    auto labels = record.timed("labels", [&] { return volume::texture_labels(options.geometry); });
+    cli::save(o.labels_output, labels, record, "", o.compress);
+  }
   return 0;
 }
 

@@ -49,24 +49,17 @@ Range AnalyticField::range() const {
   return form_->range();
 }
 
-namespace {
-
-double canonical(std::int64_t index, std::int64_t n) {
-  return n == 1 ? 0.0 : static_cast<double>(2 * index - (n - 1)) / static_cast<double>(n - 1);
-}
-
-}  // namespace
-
 double AnalyticField::sample(std::int64_t i, std::int64_t j, std::int64_t k) const {
   const Dims& n = geometry_.dims;
-  return form_->value(Vec3(canonical(i, n[0]), canonical(j, n[1]), canonical(k, n[2])));
+  return form_->value(
+      Vec3(canonical_coordinate(i, n[0]), canonical_coordinate(j, n[1]), canonical_coordinate(k, n[2])));
 }
 
 void AnalyticField::sample_row(std::int64_t j, std::int64_t k, std::span<double> values) const {
   const Dims& n = geometry_.dims;
   std::vector<double> x(static_cast<std::size_t>(n[0]));
-  for (std::int64_t i = 0; i < n[0]; ++i) x[static_cast<std::size_t>(i)] = canonical(i, n[0]);
-  form_->row(x, canonical(j, n[1]), canonical(k, n[2]), values);
+  for (std::int64_t i = 0; i < n[0]; ++i) x[static_cast<std::size_t>(i)] = canonical_coordinate(i, n[0]);
+  form_->row(x, canonical_coordinate(j, n[1]), canonical_coordinate(k, n[2]), values);
 }
 
 GridGeometry canonical_geometry(const Dims& dims) {
@@ -95,14 +88,15 @@ const std::vector<AnalyticName>& analytic_field_names() {
       {"impulse", "1 in the box of the middle voxel, else 0"},
       {"checkerboard", "8^3 boxes of 0 and 1 in turn"},
       {"noise", "seeded sum of cosines, band-limited to 8 cycles an edge"},
+      {"texture", "four regions of seeded waves, alike in mean and variance; see --labels-output"},
   };
   return names;
 }
 
 AnalyticField make_analytic_field(std::string_view name, const AnalyticOptions& options) {
   options.geometry.validate();
-  for (const auto& make :
-       {make_elementary_form, make_blob_form, make_shape_form, make_stepped_form, make_protein_form}) {
+  for (const auto& make : {make_elementary_form, make_blob_form, make_shape_form, make_stepped_form,
+                           make_protein_form, make_texture_form}) {
     if (auto form = make(name, options)) return {std::move(form), options.geometry};
   }
   std::string names;

@@ -22,7 +22,8 @@ class AnalyticField {
   AnalyticField(std::shared_ptr<const AnalyticForm> form, const GridGeometry& geometry);
 
   [[nodiscard]] double value(const Vec3& p_world) const;
-  /// Where a form jumps (checkerboard, impulse, voxel-object) the gradient is 0 on both sides.
+  /// Where a form jumps (checkerboard, impulse, voxel-object) the gradient is 0 on both sides; between the
+  /// regions of texture it is that of the point's own.
   [[nodiscard]] Vec3 gradient(const Vec3& p_world) const;
   [[nodiscard]] const FieldBounds& bounds() const { return bounds_; }
   [[nodiscard]] const GridGeometry& geometry() const { return geometry_; }
@@ -33,7 +34,8 @@ class AnalyticField {
 
   /// What the values lie between: exactly for marschner-lobb, gaussian, ramp, constant, impulse, checkerboard
   /// and the shapes; nominally for the seeded forms and bust, whose extremes have no closed form: peaks of
-  /// gaussians, protein and bust are met to a few percent, noise keeps to four standard deviations.
+  /// gaussians, protein and bust are met to a few percent, noise and texture keep to four standard
+  /// deviations.
   [[nodiscard]] Range range() const;
 
   /// Voxel (i, j, k) of the field's grid, without the rounding that a way through world space would add.
@@ -54,7 +56,7 @@ class AnalyticField {
 [[nodiscard]] GridGeometry canonical_geometry(const Dims& dims = {64, 64, 64});
 
 struct AnalyticOptions {
-  std::uint64_t seed = 1;                        ///< of gaussians, protein and noise
+  std::uint64_t seed = 1;                        ///< of gaussians, protein, noise and texture
   GridGeometry geometry = canonical_geometry();  ///< whose box the form is mapped to
 };
 

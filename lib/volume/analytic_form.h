@@ -28,5 +28,11 @@ using FormPointer = std::shared_ptr<const AnalyticForm>;
 [[nodiscard]] FormPointer make_shape_form(std::string_view name, const AnalyticOptions& options);
 [[nodiscard]] FormPointer make_stepped_form(std::string_view name, const AnalyticOptions& options);
 [[nodiscard]] FormPointer make_protein_form(std::string_view name, const AnalyticOptions& options);
+[[nodiscard]] FormPointer make_texture_form(std::string_view name, const AnalyticOptions& options);
+
+/// Of sample `index` of n along an axis of [-1,1]^3; an axis of one sample has it in the middle.
+[[nodiscard]] inline double canonical_coordinate(std::int64_t index, std::int64_t n) {
+  return n == 1 ? 0.0 : static_cast<double>(2 * index - (n - 1)) / static_cast<double>(n - 1);
+}
 
 }  // namespace vol::volume

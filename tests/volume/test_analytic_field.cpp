@@ -7,6 +7,7 @@
 #include "base/rng.h"
 #include "generic_grid.h"
 #include "volume/analytic_field.h"
+#include "volume/analytic_texture.h"
 
 namespace vol::volume {
 namespace {
@@ -47,13 +48,19 @@ TEST_P(EveryField, GradientIsTheDerivative) {
   // The smooth step of the shapes is C2 only: where the stencil crosses the end of the edge the third
   // derivative, 60 / width^3, makes an error of h^3 times that.
   const bool shape = std::set<std::string_view>{"sphere", "shell", "torus"}.count(GetParam()) > 0;
+  // The waves of texture are three times as short as those.
+  const bool short_waves = shape || GetParam() == "texture";
   const auto f = field();
   Rng rng(7);
   for (int n = 0; n < 300; ++n) {
     const Vec3 p = random_point(f, rng);
     const Vec3 gradient = f.gradient(p);
     for (int a = 0; a < 3; ++a) {
-      const Vec3 h = (shape ? 1e-4 : 1e-3) * f.bounds().edges.col(a);
+      const Vec3 h = (short_waves ? 1e-4 : 1e-3) * f.bounds().edges.col(a);
+      if (GetParam() == "texture" && texture_region(f.world_to_canonical(p + 4 * h)) !=
+                                         texture_region(f.world_to_canonical(p - 4 * h))) {
+        continue;  // it jumps between regions
+      }
       ASSERT_NEAR(derivative(f, p, h), gradient.dot(h), shape ? 1e-7 : 1e-10)
           << GetParam() << " at " << p.transpose();
     }
@@ -65,7 +72,7 @@ TEST_P(EveryField, StaysWithinItsRange) {
   const Range range = f.range();
   // Nominal ranges of the seeded forms are met to a tenth.
   const bool nominal =
-      std::set<std::string_view>{"gaussians", "bust", "protein", "noise"}.count(GetParam()) > 0;
+      std::set<std::string_view>{"gaussians", "bust", "protein", "noise", "texture"}.count(GetParam()) > 0;
   const double slack = nominal ? 0.1 * (range.max - range.min) : 1e-15;
   Rng rng(8);
   double lo = 1e9, hi = -1e9;
@@ -141,12 +148,68 @@ TEST(AnalyticField, RowsHoldTheSamples) {
 }
 
 TEST(AnalyticField, SeedsMatterAndRepeat) {
-  for (const auto* name : {"gaussians", "protein", "noise"}) {
+  for (const auto* name : {"gaussians", "protein", "noise", "texture"}) {
     const Vec3 p(0.1, 0.2, -0.3);
     EXPECT_EQ(make_analytic_field(name, {.seed = 3}).value(p),
               make_analytic_field(name, {.seed = 3}).value(p));
     EXPECT_NE(make_analytic_field(name, {.seed = 3}).value(p),
               make_analytic_field(name, {.seed = 4}).value(p));
+  }
+}
+
+// Over a region of some 8^3 independent wavelengths the mean of the samples is off by 1 / (8 sqrt 512) at
+// most by chance, their standard deviation by a twentieth. The bands are what tells the regions apart: the
+// mean square of the derivative along an axis is the variance times the mean square of k along it.
+TEST(AnalyticField, RegionsOfTextureDifferInTextureAlone) {
+  const auto f = make_analytic_field("texture", {.seed = 5});
+  std::array<double, kTextureRegions> count{}, sum{}, squares{};
+  std::array<Vec3, kTextureRegions> slopes;
+  slopes.fill(Vec3::Zero());
+  Rng rng(12);
+  for (int n = 0; n < 100000; ++n) {
+    const Vec3 p(rng.uniform(-1, 1), rng.uniform(-1, 1), rng.uniform(-1, 1));
+    const auto r = static_cast<std::size_t>(texture_region(p));
+    const double v = f.value(p);
+    count[r] += 1;
+    sum[r] += v;
+    squares[r] += (v - 0.5) * (v - 0.5);
+    slopes[r] += f.gradient(p).cwiseAbs2();
+  }
+  std::array<Vec3, kTextureRegions> k;  // root mean square wave number along each axis, cycles an edge
+  for (std::size_t r = 0; r < kTextureRegions; ++r) {
+    EXPECT_GT(count[r], 15000) << r;
+    EXPECT_NEAR(sum[r] / count[r], 0.5, 0.006) << r;
+    EXPECT_NEAR(std::sqrt(squares[r] / count[r]), 0.125, 0.006) << r;
+    k[r] = (slopes[r] / squares[r]).cwiseSqrt() / M_PI;
+  }
+  // In all directions k_x^2 is a third of k^2, of 12 and 24.6 on average over the shells; in a cone of 25
+  // degrees k along the axis is above 20 cos 25, across it below 28 sin 25. 32 waves have these to a fifth.
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_NEAR(k[0][a], 12 / std::sqrt(3.0), 0.2 * 12 / std::sqrt(3.0)) << a;
+    EXPECT_NEAR(k[1][a], 24.6 / std::sqrt(3.0), 0.2 * 24.6 / std::sqrt(3.0)) << a;
+    for (const auto& [region, axis] : {std::pair{2, 0}, {3, 2}}) {
+      const double here = k[static_cast<std::size_t>(region)][a];
+      if (a == axis) {
+        EXPECT_GT(here, 20 * std::cos(25 * M_PI / 180) * 0.98) << region;
+      } else {
+        EXPECT_LT(here, 28 * std::sin(25 * M_PI / 180)) << region;
+      }
+    }
+  }
+}
+
+TEST(AnalyticField, LabelsOfTextureAreItsRegions) {
+  const GridGeometry geometry = generic_geometry({20, 1, 30});
+  const auto f = make_analytic_field("texture", {.geometry = geometry});
+  const Volume labels = texture_labels(geometry);
+  EXPECT_EQ(labels.geometry(), geometry);
+  const auto& grid = std::get<Grid<std::uint8_t>>(labels.grid);
+  for (std::int64_t k = 0; k < 30; ++k) {
+    for (std::int64_t i = 0; i < 20; ++i) {
+      Vec3 p = f.world_to_canonical(
+          geometry.index_to_world(Vec3(static_cast<double>(i), 0, static_cast<double>(k))));
+      EXPECT_EQ(grid(i, 0, k), texture_region(p)) << i << " " << k;
+    }
   }
 }
 
