@@ -52,7 +52,8 @@ void declare(CLI::App& app, Options& o) {
       ->group("Files");
   app.add_option("--format", o.format, "Format where the extension does not say: nrrd, mha, vti, vdb, raw")
       ->group("Files");
-  app.add_option("--labels-output", o.labels_output, "Of texture: a second volume, u8, the region of every voxel")
+  app.add_option("--labels-output", o.labels_output,
+                 "Of texture: a second volume, u8, the region of every voxel")
       ->group("Files");
   app.add_flag("--compress", o.compress, "zlib, where the format has it")->group("Files");
   app.add_option("--dims", o.dims, "Samples along x, y, z, or one number for a cube")
