@@ -38,6 +38,7 @@ SMALL = {
     "fvr-slice": "{spectrum} -o out.exr --size 32x24 --view 30,20",
     "fvr-slice-gpu": "{spectrum} -o out.exr --size 32x24 --view 30,20",
     "isosurf-mc": "{volume} --isovalue 0.5 -o out.ply",
+    "vol-segment": "{coefficients} -o out.nrrd --labels 3",
     "isosurf-ray": "{volume} --isovalue 0.5 -o out.exr --size 16x16",
     "wavelet-raycast": "{coefficients} -o out.exr --size 16x16",
 }
@@ -57,7 +58,7 @@ READS = {  # an input of the kind the tool wants, by the placeholder above
     "vol-info": "volume", "vol-convert": "volume", "vol-compare": "volume", "vol-dwt": "volume",
     "vol-index": "coefficients", "vol-raycast": "volume", "img-compare": "image",
     "vol-fft": "volume", "tf-fit": "profile", "fvr-slice": "spectrum", "fvr-slice-gpu": "spectrum",
-    "isosurf-mc": "volume", "isosurf-ray": "volume", "wavelet-raycast": "coefficients",
+    "isosurf-mc": "volume", "isosurf-ray": "volume", "wavelet-raycast": "coefficients", "vol-segment": "coefficients",
 }
 MAKE = {
     "volume": ("volume.nrrd", "vol-phantom marschner-lobb --dims 17x16x15 -o volume.nrrd"),
