@@ -7,6 +7,7 @@ import argparse
 import csv
 import importlib.util
 import json
+import os
 import pathlib
 import subprocess
 import tempfile
@@ -195,6 +196,13 @@ ONE_THREAD = ("scikit-image",)       # which has no more
 ALL_THREADS = ("OpenVDB volumeToMesh",)  # whose Python module says not how many; as many as there are cores
 
 
+def runs_with(name, threads):
+    """Whether a program runs with that many threads."""
+    if name in ONE_THREAD:
+        return threads == 1
+    return name not in ALL_THREADS or threads == os.cpu_count()
+
+
 def programs(binaries):
     found = [Ours(binaries)]
     if importlib.util.find_spec("vtk"):
@@ -214,8 +222,7 @@ def measured(dataset, path, config, contenders):
     for isovalue in config["datasets"][dataset]["isovalues"]:
         counts = {p.name: mesh_counts(p.triangles(path, voxels, isovalue)) for p in contenders}
         for threads in config["threads"]:
-            timed = [p for p in contenders if not (p.name in ONE_THREAD and threads != 1)
-                     and not (p.name in ALL_THREADS and threads != config["threads"][-1])]
+            timed = [p for p in contenders if runs_with(p.name, threads)]
             times = rounds.interleaved(
                 {p.name: (lambda p=p: p.seconds(path, voxels, isovalue, threads)) for p in timed}, config["rounds"])
             ours = times[contenders[0].name]

@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "cli/options.h"
+#include "io/file.h"
 #include "io/mesh.h"
 
 namespace vol::cli {
@@ -41,7 +42,7 @@ std::vector<render::SurfaceLook> looks(std::size_t surfaces, const std::string& 
 
 void add_surfaces(CLI::App& app, SurfaceOptions& o) {
   const auto repeatable = [&](const char* name, auto& values, const char* text, const char* type) {
-    app.add_option(name, values, text)
+    return app.add_option(name, values, text)
         ->allow_extra_args(false)
         ->take_all()
         ->type_name(type)
@@ -54,7 +55,8 @@ void add_surfaces(CLI::App& app, SurfaceOptions& o) {
   repeatable("--surface-opacity", o.opacities, "0 to 1, of the isosurfaces; once for all or one each [1]",
              "OPACITY");
   repeatable("--mesh", o.meshes,
-             "Mesh in the picture, in world coordinates (.ply .obj .stl); several at once", "FILE");
+             "Mesh in the picture, in world coordinates (.ply .obj .stl); several at once", "FILE")
+      ->group("Files");
   repeatable("--mesh-colour", o.mesh_colours, "R,G,B of the meshes; once for all or one each [0.8]", "R,G,B");
   repeatable("--mesh-opacity", o.mesh_opacities, "0 to 1, of the meshes; once for all or one each [1]",
              "OPACITY");
@@ -69,17 +71,20 @@ SurfaceSet::SurfaceSet(const SurfaceOptions& o)
                         o.mesh_opacities)) {}
 
 void SurfaceSet::load(Record& record) {
+  std::int64_t triangles = 0;
   for (const auto& path : paths_) {
     record.input(path);
     meshes_.push_back(record.timed(
         "read", [&] { return std::make_unique<const mesh::TriangleMesh>(io::read_mesh(path)); }));
-    record.count("mesh_triangles", static_cast<std::int64_t>(meshes_.back()->triangles.size()));
+    const auto count = static_cast<std::int64_t>(meshes_.back()->triangles.size());
+    if (count == 0) record.warn(io::display_name(path) + ": no triangles: nothing of it is in the picture");
+    record.count("mesh_triangles", triangles += count);
   }
 }
 
 void SurfaceSet::prepare(const volume::Volume& volume, volume::Reconstruction reconstruction,
                          const render::Scene& scene, Record& record) {
-  record.timed("prepare", [&] {
+  record.timed("surfaces", [&] {
     surfaces_ = std::make_unique<render::Surfaces>(scene);
     for (std::size_t n = 0; n < isovalues_.size(); ++n) {
       isosurface_rays_.push_back(
@@ -87,7 +92,11 @@ void SurfaceSet::prepare(const volume::Volume& volume, volume::Reconstruction re
       surfaces_->add(*isosurface_rays_.back(), looks_[n]);
     }
     for (std::size_t n = 0; n < meshes_.size(); ++n) {
-      mesh_rays_.push_back(std::make_unique<const mesh::MeshRays>(*meshes_[n]));
+      try {
+        mesh_rays_.push_back(std::make_unique<const mesh::MeshRays>(*meshes_[n]));
+      } catch (const Error& e) {
+        throw Error(io::display_name(paths_[n]) + ": " + e.what());
+      }
       surfaces_->add(*mesh_rays_.back(), mesh_looks_[n]);
     }
   });

@@ -33,9 +33,10 @@ class SurfaceSet {
   /// that are none, more or fewer looks than one or one a surface, and looks without a surface
   explicit SurfaceSet(const SurfaceOptions& options);
 
-  /// Reads the meshes (phase "read") and notes them among the record's inputs.
+  /// Reads the meshes (phase "read"), notes them among the record's inputs and counts their triangles; warns
+  /// of a mesh that has none.
   void load(Record& record);
-  /// Prepares all for rays (phase "prepare").
+  /// Prepares all for rays (phase "surfaces").
   void prepare(const volume::Volume& volume, volume::Reconstruction reconstruction,
                const render::Scene& scene, Record& record);
   [[nodiscard]] const render::Surfaces& surfaces() const { return *surfaces_; }

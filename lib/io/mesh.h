@@ -39,11 +39,12 @@ std::string require_mesh_format(const std::filesystem::path& path, const MeshWri
 /// Reads a mesh: PLY (ascii, or binary of either byte order), Wavefront OBJ or STL (ascii or binary), by what
 /// the file begins with and its extension. Polygons become fans of triangles about their first corner, which
 /// fits convex ones. Normals are those of PLY's vertices, and of OBJ where every corner's normal has its
-/// vertex's number; STL's are left out, and its corners stay three vertices a triangle. Colours, texture and
-/// other elements are passed over. `-` is standard input, for PLY alone.
+/// vertex's number, made unit; STL's are left out, and its corners stay three vertices a triangle. Colours,
+/// texture and other elements are passed over. A file of neither vertices nor faces is an empty mesh. `-` is
+/// standard input, for PLY alone.
 ///
-/// \throws vol::Error naming the file: what is none of these, ends early, or has a vertex that does not exist
-/// or a coordinate that is not finite
+/// \throws vol::Error naming the file: what is none of these, ends early, has vertices and no face, or has a
+/// vertex that does not exist or a coordinate that is not finite
 [[nodiscard]] mesh::TriangleMesh read_mesh(const std::filesystem::path& path);
 
 }  // namespace vol::io

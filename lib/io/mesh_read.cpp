@@ -1,5 +1,6 @@
 #include "io/mesh_read.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -16,13 +17,41 @@ using mesh::TriangleMesh;
   throw Error(display_name(file.path()) + ": " + what);
 }
 
-std::array<double, 3> take_vector(const InputFile& file, std::string_view& rest) {
+/// \param word  of ASCII letters
+bool is_keyword(std::string_view word, std::string_view keyword) {
+  return std::equal(word.begin(), word.end(), keyword.begin(), keyword.end(),
+                    [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; });
+}
+
+std::array<double, 3> take_numbers(const InputFile& file, std::string_view& rest) {
   std::array<double, 3> v{};
   for (double& x : v) {
-    if (!parse_word(take_word(rest), x) || !std::isfinite(x))
-      fail(file, "three finite numbers were expected");
+    if (!parse_word(take_word(rest), x)) fail(file, "three numbers were expected");
   }
   return v;
+}
+
+std::array<double, 3> take_position(const InputFile& file, std::string_view& rest) {
+  const std::array<double, 3> v = take_numbers(file, rest);
+  for (const double x : v) {
+    if (!std::isfinite(x)) fail(file, "a vertex has a coordinate that is not finite");
+  }
+  return v;
+}
+
+/// A line of OBJ with those that continue it, up to the comment.
+std::string read_obj_line(InputFile& file) {
+  std::string line;
+  while (true) {
+    const std::string part = file.read_line();
+    const std::size_t comment = part.find('#');
+    line.append(part, 0, comment);
+    if (comment != std::string::npos) return line;
+    if (line.ends_with('\r')) line.pop_back();
+    if (!line.ends_with('\\')) return line;
+    line.back() = ' ';
+    if (file.at_end()) return line;
+  }
 }
 
 /// A corner's part "v", "v/t", "v/t/n" or "v//n" of OBJ: a number from 1, or back from the last, -1.
@@ -38,18 +67,19 @@ std::int64_t obj_number(const InputFile& file, std::string_view word, std::size_
 
 TriangleMesh read_obj(InputFile& file) {
   TriangleMesh mesh;
-  bool same_numbers = true;  // of vertices and normals, at every corner
+  bool same_numbers = true;             // of vertices and normals, at every corner
+  bool only_comments = !file.at_end();  // as write_mesh makes it of an empty mesh
   while (!file.at_end()) {
-    const std::string line = file.read_line();
+    const std::string line = read_obj_line(file);
     std::string_view rest = line;
     const std::string_view word = take_word(rest);
+    only_comments = only_comments && word.empty();
     if (word == "v") {
-      mesh.positions.push_back(take_vector(file, rest));
+      mesh.positions.push_back(take_position(file, rest));
       if (mesh.positions.size() >= std::numeric_limits<std::uint32_t>::max())
         fail(file, "over 2^32 - 2 vertices");
     } else if (word == "vn") {
-      const auto n = take_vector(file, rest);
-      mesh.normals.push_back({static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])});
+      mesh.normals.push_back(unit_normal(take_numbers(file, rest)));
     } else if (word == "f") {
       std::uint32_t first = 0, before = 0;
       int corners = 0;
@@ -68,6 +98,8 @@ TriangleMesh read_obj(InputFile& file) {
       if (corners < 3) fail(file, "a face has fewer than 3 corners");
     }
   }
+  if (mesh.positions.empty() && !only_comments) fail(file, "has no vertices: is it an OBJ file?");
+  require_faces(file, mesh);
   if (!same_numbers || mesh.normals.size() != mesh.positions.size()) mesh.normals.clear();
   return mesh;
 }
@@ -85,7 +117,7 @@ TriangleMesh read_text_stl(InputFile& file) {
   while (!file.at_end()) {
     const std::string line = file.read_line();
     std::string_view rest = line;
-    if (take_word(rest) == "vertex") add_corner(file, mesh, take_vector(file, rest));
+    if (is_keyword(take_word(rest), "vertex")) add_corner(file, mesh, take_position(file, rest));
   }
   if (mesh.positions.empty() || mesh.positions.size() % 3 != 0) fail(file, "STL without whole triangles");
   return mesh;
@@ -96,11 +128,15 @@ TriangleMesh read_stl(InputFile& file) {
   const std::string_view head = file.peek(84);
   if (head.size() == 84) std::memcpy(&count, head.data() + 80, 4);
   const std::int64_t size = 84 + 50 * std::int64_t{count};
-  // Binary files may begin with "solid" too.
-  if (head.substr(0, 5) == "solid" && file.size() != size) return read_text_stl(file);
-  if (head.size() < 84 || file.size() != size) {
-    fail(file,
-         "an STL file of " + std::to_string(count) + " triangles has " + std::to_string(size) + " bytes");
+  const bool pipe = file.size() < 0;
+  // Binary files may begin with "solid" too: then they have the size that they say, or a zero in their head.
+  const bool solid = is_keyword(head.substr(0, 5), "solid");
+  if (solid && (pipe ? head.find('\0') == head.npos : file.size() != size)) return read_text_stl(file);
+  if (head.size() < 84)
+    fail(file, "neither the text of an STL file nor the 84 bytes that a binary one begins with");
+  const std::string triangles = std::to_string(count) + " triangles has " + std::to_string(size);
+  if (!pipe && file.size() != size) {
+    fail(file, std::to_string(file.size()) + " bytes, where a binary STL of " + triangles);
   }
   file.skip(84);
   TriangleMesh mesh;
@@ -117,10 +153,32 @@ TriangleMesh read_stl(InputFile& file) {
       add_corner(file, mesh, p);
     }
   }
+  if (!file.at_end()) fail(file, "more bytes come, where a binary STL of " + triangles);
   return mesh;
 }
 
 }  // namespace
+
+std::array<float, 3> unit_normal(const std::array<double, 3>& n) {
+  if (!std::isfinite(n[0]) || !std::isfinite(n[1]) || !std::isfinite(n[2])) return {};
+  const double largest = std::max({std::abs(n[0]), std::abs(n[1]), std::abs(n[2])});
+  if (largest == 0) return {};
+  // By the largest first: squares of the others neither overflow nor all vanish.
+  const double length = std::hypot(n[0] / largest, n[1] / largest, n[2] / largest);
+  // Three components rounded to floats change the length by up to 6e-8 of it.
+  const bool unit = std::abs(largest * length - 1) < 1e-6;
+  std::array<float, 3> result{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    result[a] = static_cast<float>(unit ? n[a] : n[a] / largest / length);
+  }
+  return result;
+}
+
+void require_faces(const InputFile& file, const TriangleMesh& mesh) {
+  if (mesh.triangles.empty() && !mesh.positions.empty()) {
+    fail(file, "has no faces among its " + std::to_string(mesh.positions.size()) + " vertices");
+  }
+}
 
 TriangleMesh read_mesh(const std::filesystem::path& path) {
   InputFile file(path);

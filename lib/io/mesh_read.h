@@ -13,6 +13,14 @@ namespace vol::io {
 
 [[nodiscard]] mesh::TriangleMesh read_ply(InputFile& file);
 
+/// A normal as TriangleMesh holds it: of length 1, or 0 where it has no direction or a component that is not
+/// finite. One whose length is 1 but for a float's rounding stays as it is.
+[[nodiscard]] std::array<float, 3> unit_normal(const std::array<double, 3>& n);
+
+/// Throws where a file has vertices and no face: a cloud of points, or faces by other names. What has neither
+/// is a mesh too, of an isosurface that is nowhere.
+void require_faces(const InputFile& file, const mesh::TriangleMesh& mesh);
+
 /// The next word of a line, which is taken off it; empty at its end.
 [[nodiscard]] inline std::string_view take_word(std::string_view& line) {
   constexpr std::string_view kBlanks = " \t\r\v\f";

@@ -17,6 +17,7 @@ static_assert(std::endian::native == std::endian::little);
 
 enum class Type { i8, u8, i16, u16, i32, u32, f32, f64 };
 constexpr int kSize[] = {1, 1, 2, 2, 4, 4, 4, 8};
+constexpr double kMost[] = {127, 255, 32767, 65535, 2147483647, 4294967295};  // of the whole numbers
 
 struct Property {
   std::string name;
@@ -69,6 +70,7 @@ class PlyReader {
         }
       }
     }
+    require_faces(file_, mesh_);
     return std::move(mesh_);
   }
 
@@ -76,7 +78,6 @@ class PlyReader {
   [[noreturn]] void fail(const std::string& what) const { throw Error(name_ + ": " + what); }
 
   void read_header() {
-    constexpr std::size_t kMost = 100;  // elements, and properties of one
     std::string line = file_.read_line();
     std::string_view rest = line;
     if (take_word(rest) != "ply") fail("not a PLY file");
@@ -98,6 +99,9 @@ class PlyReader {
         if (!parse_word(take_word(rest), element.count) || element.count < 0) {
           fail("an element of the PLY header has no count");
         }
+        for (const Element& other : elements_) {
+          if (other.name == element.name) fail("the PLY header has an element twice");
+        }
         elements_.push_back(std::move(element));
       } else if (word == "property") {
         if (elements_.empty()) fail("a property of the PLY header comes before its element");
@@ -105,7 +109,8 @@ class PlyReader {
       } else {
         fail("the PLY header has a line that is none");
       }
-      if (elements_.size() > kMost || (!elements_.empty() && elements_.back().properties.size() > kMost)) {
+      constexpr std::size_t kMany = 100;  // elements, and properties of one
+      if (elements_.size() > kMany || (!elements_.empty() && elements_.back().properties.size() > kMany)) {
         fail("the PLY header has over 100 elements or properties");
       }
     }
@@ -176,13 +181,7 @@ class PlyReader {
       if (!std::isfinite(value[a])) fail("a vertex has a coordinate that is not finite");
     }
     mesh_.positions.push_back({value[0], value[1], value[2]});
-    if (!has_normals_) return;
-    std::array<float, 3> normal{};
-    for (std::size_t a = 0; a < 3; ++a) {
-      const double x = value[3 + a];
-      normal[a] = std::abs(x) <= 1e6 ? static_cast<float>(x) : 0;  // no direction: NaN and the like
-    }
-    mesh_.normals.push_back(normal);
+    if (has_normals_) mesh_.normals.push_back(unit_normal({value[3], value[4], value[5]}));
   }
 
   void read_record(const Element& element, bool face) {
@@ -216,7 +215,9 @@ class PlyReader {
 
   [[nodiscard]] std::int64_t length(const Property& list) {
     const double n = number(*list.count);
-    if (n < 0) fail("a list of a negative number of entries");
+    if (!(n >= 0 && n <= kMost[static_cast<int>(*list.count)])) {
+      fail("a list has a number of entries that its type does not hold");
+    }
     return static_cast<std::int64_t>(n);
   }
   void skip_list(const Property& list) {

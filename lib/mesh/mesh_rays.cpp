@@ -12,6 +12,9 @@ namespace vol::mesh {
 namespace {
 
 constexpr std::uint32_t kLeaf = 4;
+// Shearing rounds a position by an ulp or two of its largest coordinate and the origin's: boxes are wider by
+// more.
+constexpr double kSlack = 16 * std::numeric_limits<double>::epsilon();
 
 /// A point relative to the ray: x and y across it, depth along it.
 struct Seen {
@@ -87,40 +90,33 @@ MeshRays::MeshRays(const TriangleMesh& mesh) : mesh_(mesh) {
   if (mesh.triangles.size() > std::numeric_limits<std::uint32_t>::max()) {
     throw Error("a mesh of over 2^32 - 1 triangles: take a part of it");
   }
+  if (!mesh.normals.empty() && mesh.normals.size() != vertices) {
+    throw Error("the mesh has " + std::to_string(mesh.normals.size()) + " normals for " +
+                std::to_string(vertices) + " vertices");
+  }
   for (const auto& p : mesh.positions) {
     for (const double x : p) {
       // Sums and products of three coordinates must be finite too.
       if (!(std::abs(x) < 1e100)) throw Error("the mesh has a position that is not finite, or over 1e100");
-      largest_ = std::max(largest_, std::abs(x));
     }
   }
-  std::vector<std::array<float, 3>> middles(mesh.triangles.size());
-  for (std::size_t n = 0; n < middles.size(); ++n) {
-    for (const std::uint32_t v : mesh.triangles[n]) {
-      if (v >= vertices) {
-        throw Error("a triangle of the mesh has vertex " + std::to_string(v) + " of " +
-                    std::to_string(vertices));
-      }
-    }
-    for (std::size_t a = 0; a < 3; ++a) {
-      double low = std::numeric_limits<double>::infinity();
-      double high = -low;
-      for (const std::uint32_t v : mesh.triangles[n]) {
-        low = std::min(low, mesh.positions[v][a]);
-        high = std::max(high, mesh.positions[v][a]);
-      }
-      middles[n][a] = static_cast<float>(largest_ > 0 ? 0.5 * (low + high) / largest_ : 0);
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::uint32_t v : triangle) {
+      if (v < vertices) continue;
+      throw Error("a triangle of the mesh has vertex " + std::to_string(v) + " of " +
+                  std::to_string(vertices));
     }
   }
   order_.resize(mesh.triangles.size());
   std::iota(order_.begin(), order_.end(), 0u);
   if (order_.empty()) return;
   nodes_.reserve(order_.size() / 2 + 1);
+  std::vector<double> middles(order_.size());
   (void)build(0, static_cast<std::uint32_t>(order_.size()), middles);
 }
 
-std::uint32_t MeshRays::build(std::uint32_t begin, std::uint32_t end,
-                              const std::vector<std::array<float, 3>>& middles) {
+/// \param middles  of the triangles, along the axis that is split: made anew by every node
+std::uint32_t MeshRays::build(std::uint32_t begin, std::uint32_t end, std::vector<double>& middles) {
   const auto number = static_cast<std::uint32_t>(nodes_.size());
   Node node;
   std::fill_n(node.low, 3, std::numeric_limits<double>::infinity());
@@ -133,21 +129,33 @@ std::uint32_t MeshRays::build(std::uint32_t begin, std::uint32_t end,
       }
     }
   }
+  std::size_t axis = 0;
+  double largest = 0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (node.high[a] - node.low[a] > node.high[axis] - node.low[axis]) axis = a;
+    largest = std::max({largest, std::abs(node.low[a]), std::abs(node.high[a])});
+  }
+  for (std::size_t a = 0; a < 3; ++a) {
+    node.low[a] -= kSlack * largest;
+    node.high[a] += kSlack * largest;
+  }
   if (end - begin <= kLeaf) {
     node.first = begin;
     node.count = end - begin;
     nodes_.push_back(node);
     return number;
   }
-  std::size_t axis = 0;
-  for (std::size_t a = 1; a < 3; ++a) {
-    if (node.high[a] - node.low[a] > node.high[axis] - node.low[axis]) axis = a;
+  for (std::uint32_t n = begin; n < end; ++n) {
+    const auto& t = mesh_.triangles[order_[n]];
+    const auto [low, high] =
+        std::minmax({mesh_.positions[t[0]][axis], mesh_.positions[t[1]][axis], mesh_.positions[t[2]][axis]});
+    middles[order_[n]] = 0.5 * low + 0.5 * high;
   }
   const std::uint32_t middle = begin + (end - begin) / 2;
   std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
                    [&](std::uint32_t a, std::uint32_t b) {
-                     const float x = middles[a][axis];
-                     const float y = middles[b][axis];
+                     const double x = middles[a];
+                     const double y = middles[b];
                      return x != y ? x < y : a < b;  // a total order: the tree is the same everywhere
                    });
   nodes_.push_back(node);
@@ -157,13 +165,11 @@ std::uint32_t MeshRays::build(std::uint32_t begin, std::uint32_t end,
   return number;
 }
 
-void MeshRays::for_hits(const Vec3& origin, const Vec3& direction, double from, double to,
-                        const std::function<double(const Hit&)>& f) const {
+template <class F>
+void MeshRays::for_candidates(const Vec3& origin, const Vec3& direction, const double& from, const double& to,
+                              const F& f) const {
   if (nodes_.empty()) return;
-  const Shear shear(origin, direction);
-  // Shearing rounds positions by an ulp or two of the largest coordinate: boxes are wider by more.
-  const double slack =
-      16 * std::numeric_limits<double>::epsilon() * (largest_ + origin.cwiseAbs().maxCoeff());
+  const double slack = kSlack * origin.cwiseAbs().maxCoeff();  // the boxes have their corners' own
   double inverse[3];
   for (int a = 0; a < 3; ++a) inverse[a] = 1 / direction[a];
   const auto passes = [&](const Node& node) {
@@ -195,18 +201,31 @@ void MeshRays::for_hits(const Vec3& origin, const Vec3& direction, double from, 
       stack[depth++] = number + 1;
       continue;
     }
-    for (std::uint32_t n = node.first; n < node.first + node.count; ++n) {
-      const auto& corners = mesh_.triangles[order_[n]];
-      Corners at;
-      if (!meets(shear(mesh_.positions[corners[0]]), shear(mesh_.positions[corners[1]]),
-                 shear(mesh_.positions[corners[2]]), at)) {
-        continue;
-      }
-      if (at.t >= from && at.t <= to) {
-        to = f(Hit{at.t, order_[n], {at.weight[0], at.weight[1], at.weight[2]}});
-      }
-    }
+    for (std::uint32_t n = node.first; n < node.first + node.count; ++n) f(order_[n]);
   }
+}
+
+void MeshRays::for_hits(const Vec3& origin, const Vec3& direction, double from, double to,
+                        const std::function<double(const Hit&)>& f) const {
+  const Shear shear(origin, direction);
+  for_candidates(origin, direction, from, to, [&](std::uint32_t triangle) {
+    const auto& corners = mesh_.triangles[triangle];
+    Corners at;
+    if (!meets(shear(mesh_.positions[corners[0]]), shear(mesh_.positions[corners[1]]),
+               shear(mesh_.positions[corners[2]]), at)) {
+      return;
+    }
+    if (at.t >= from && at.t <= to) {
+      to = f(Hit{at.t, triangle, {at.weight[0], at.weight[1], at.weight[2]}});
+    }
+  });
+}
+
+std::int64_t MeshRays::tried(const Vec3& origin, const Vec3& direction) const {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::int64_t count = 0;
+  for_candidates(origin, direction, -kInfinity, kInfinity, [&](std::uint32_t) { ++count; });
+  return count;
 }
 
 Vec3 MeshRays::normal(const Hit& hit) const {

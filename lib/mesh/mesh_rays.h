@@ -10,6 +10,7 @@
 namespace vol::mesh {
 
 /// Where rays meet the triangles of a mesh, by a tree of boxes (split at the median of the longest axis).
+/// Only vertices that triangles have play a part, and each box is as wide as its own corners' rounding asks.
 ///
 /// Of two triangles that share an edge, a ray through the edge meets exactly one, or, at an outline, both or
 /// none: the triangle is seen along the ray, in coordinates sheared so that the ray is the origin (Woop,
@@ -20,7 +21,8 @@ namespace vol::mesh {
 /// Refers to the mesh, which must live longer.
 class MeshRays {
  public:
-  /// \throws vol::Error on a triangle whose vertex does not exist, and a position that is not finite
+  /// \throws vol::Error on a triangle whose vertex does not exist, a position that is not finite, and normals
+  /// for some of the vertices alone
   explicit MeshRays(const TriangleMesh& mesh);
 
   struct Hit {
@@ -34,6 +36,9 @@ class MeshRays {
   void for_hits(const Vec3& origin, const Vec3& direction, double from, double to,
                 const std::function<double(const Hit&)>& f) const;
 
+  /// How many triangles a whole line is tried against: its cost, at least its hits.
+  [[nodiscard]] std::int64_t tried(const Vec3& origin, const Vec3& direction) const;
+
   /// Unit normal at a hit: the vertices' normals, interpolated, or where there are none the triangle's.
   [[nodiscard]] Vec3 normal(const Hit& hit) const;
 
@@ -41,18 +46,20 @@ class MeshRays {
 
  private:
   struct Node {
-    double low[3];
+    double low[3];  ///< of the box, and below it what shearing may round its corners by
     double high[3];
     std::uint32_t first = 0;  ///< of a leaf: its first triangle in order_; else its second child
     std::uint32_t count = 0;  ///< triangles of a leaf; 0: not one, and the first child is the next node
   };
-  std::uint32_t build(std::uint32_t begin, std::uint32_t end,
-                      const std::vector<std::array<float, 3>>& middles);
+  std::uint32_t build(std::uint32_t begin, std::uint32_t end, std::vector<double>& middles);
+  /// f of every triangle whose box the ray passes within [from, to]; it may change `to`.
+  template <class F>
+  void for_candidates(const Vec3& origin, const Vec3& direction, const double& from, const double& to,
+                      const F& f) const;
 
   const TriangleMesh& mesh_;
   std::vector<std::uint32_t> order_;
   std::vector<Node> nodes_;
-  double largest_ = 0;  ///< coordinate, in absolute value
 };
 
 }  // namespace vol::mesh

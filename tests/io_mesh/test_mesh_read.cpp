@@ -1,9 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <thread>
 
 #include "base/error.h"
 #include "base/rng.h"
@@ -19,8 +23,11 @@ mesh::TriangleMesh random_mesh(bool normals) {
   for (int n = 0; n < 50; ++n) {
     mesh.positions.push_back({rng.normal(), 1e6 * rng.normal(), 1e-6 * rng.normal()});
     if (!normals) continue;
+    const double a = rng.uniform(-3, 3);
+    const double z = rng.uniform(-1, 1);
+    const double r = std::sqrt(1 - z * z);
     mesh.normals.push_back(
-        {static_cast<float>(rng.uniform(-1, 1)), static_cast<float>(rng.uniform(-1, 1)), 0.5F});
+        {static_cast<float>(r * std::cos(a)), static_cast<float>(r * std::sin(a)), static_cast<float>(z)});
   }
   for (int n = 0; n < 70; ++n) {
     mesh.triangles.push_back({static_cast<std::uint32_t>(rng.below(50)),
@@ -144,6 +151,147 @@ TEST(MeshFiles, ObjAndStlOfOtherProgramsAreRead) {
   EXPECT_EQ(read_mesh(folder / "a.stl").positions[2], (std::array<double, 3>{0, 0.1, 0}));
 }
 
+// Comments behind a line and lines that go on; capitals in STL.
+TEST(MeshFiles, EveryWayToWriteALineIsRead) {
+  const TemporaryFolder folder;
+  write_text(folder / "a.obj",
+             "# C:\\\nv 0 0 0 # the first\nv 1 0 \\\r\n 0\r\nv 0 1 0#\nf 1 2 \\\n  3 # \\\nf 3 2 1\\");
+  const mesh::TriangleMesh mesh = read_mesh(folder / "a.obj");
+  ASSERT_EQ(mesh.positions.size(), 3u);
+  EXPECT_EQ(mesh.positions[1], (std::array<double, 3>{1, 0, 0}));
+  ASSERT_EQ(mesh.triangles.size(), 2u);
+  EXPECT_EQ(mesh.triangles[0], (std::array<std::uint32_t, 3>{0, 1, 2}));
+  write_text(folder / "a.stl",
+             "SOLID X\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX 0 0 0\nVertex 1 0 0\nVERTEX 0 1 0\n"
+             "ENDLOOP\nENDFACET\nENDSOLID X\n");
+  EXPECT_EQ(read_mesh(folder / "a.stl").positions[2], (std::array<double, 3>{0, 1, 0}));
+}
+
+// By a pipe the size is not known before: text and binary STL are read, and what is too short or too long is
+// told.
+TEST(MeshFiles, StlComesByAPipe) {
+  const TemporaryFolder folder;
+  write_mesh(folder / "b.stl", random_mesh(false));
+  const auto bytes = bytes_of(folder / "b.stl");
+  const std::string binary(bytes.begin(), bytes.end());
+  std::string solid = binary;  // a binary file may begin as text does
+  solid.replace(0, 5, "solid");
+  const std::string text = "solid\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendsolid" + std::string(80, ' ');
+  const auto pipe = folder / "p.stl";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const auto triangles_of = [&](const std::string& data) {
+    std::thread writer([&] { write_text(pipe, data); });
+    std::size_t count = 0;
+    try {
+      count = read_mesh(pipe).triangles.size();
+    } catch (const Error&) {
+    }
+    writer.join();
+    return count;
+  };
+  EXPECT_EQ(triangles_of(binary), 70u);
+  EXPECT_EQ(triangles_of(solid), 70u);
+  EXPECT_EQ(triangles_of(text), 1u);
+  EXPECT_EQ(triangles_of(binary.substr(0, 3000)), 0u);
+  EXPECT_EQ(triangles_of(binary + "x"), 0u);
+}
+
+TEST(MeshFiles, StlOfAnotherSizeIsToldBoth) {
+  const TemporaryFolder folder;
+  write_mesh(folder / "a.stl", random_mesh(false));
+  std::ofstream(folder / "a.stl", std::ios::app) << "more";
+  EXPECT_NE(error_of(folder / "a.stl").find("3588 bytes, where a binary STL of 70 triangles has 3584"),
+            std::string::npos)
+      << error_of(folder / "a.stl");
+}
+
+// Whatever their length, directions stay; what has none is 0. PLY and OBJ say the same.
+TEST(MeshFiles, NormalsAreUnitOrNone) {
+  const TemporaryFolder folder;
+  const std::pair<const char*, std::array<float, 3>> kCases[] = {{"1e300 0 0", {1, 0, 0}},
+                                                                 {"-3e300 0 4e300", {-0.6F, 0, 0.8F}},
+                                                                 {"0 3e-300 4e-300", {0, 0.6F, 0.8F}},
+                                                                 {"0 0 2e6", {0, 0, 1}},
+                                                                 {"1 nan 0", {0, 0, 0}},
+                                                                 {"inf 0 0", {0, 0, 0}},
+                                                                 {"0 -inf nan", {0, 0, 0}},
+                                                                 {"0 0 0", {0, 0, 0}}};
+  for (const auto& [words, expected] : kCases) {
+    std::string obj, ply = "ply\nformat ascii 1.0\nelement vertex 3\n";
+    for (const char* axis : {"x", "y", "z", "nx", "ny", "nz"}) {
+      ply += std::string("property double ") + axis + "\n";
+    }
+    ply += "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    for (const char* p : {"0 0 0", "1 0 0", "0 1 0"}) {
+      obj += std::string("v ") + p + "\nvn " + words + "\n";
+      ply += std::string(p) + " " + words + "\n";
+    }
+    write_text(folder / "a.obj", obj + "f 1//1 2//2 3//3\n");
+    write_text(folder / "a.ply", ply + "3 0 1 2\n");
+    for (const char* name : {"a.obj", "a.ply"}) {
+      const mesh::TriangleMesh mesh = read_mesh(folder / name);
+      ASSERT_EQ(mesh.normals.size(), 3u) << name << ' ' << words;
+      for (std::size_t a = 0; a < 3; ++a)
+        EXPECT_FLOAT_EQ(mesh.normals[1][a], expected[a]) << name << ' ' << words;
+    }
+  }
+}
+
+// An isosurface that is nowhere is a file, and comes back as one; vertices alone and other texts are no mesh.
+TEST(MeshFiles, EmptyMeshesComeBackAndCloudsAreRefused) {
+  const TemporaryFolder folder;
+  for (const char* name : {"a.ply", "a.obj", "a.stl"}) {
+    write_mesh(folder / name, {}, {.attributes = {{"k", "v"}}});
+    EXPECT_TRUE(read_mesh(folder / name).triangles.empty()) << name;
+  }
+  const std::string points =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n";
+  for (const std::string& faces :
+       {std::string(), std::string("element face 0\nproperty list uchar int vertex_indices\n"),
+        std::string("element tristrips 1\nproperty list uchar int vertex_indices\n")}) {
+    write_text(folder / "a.ply", points + faces + "end_header\n0 0 0\n3 0 0 0\n");
+    EXPECT_NE(error_of(folder / "a.ply").find("a.ply: has no faces"), std::string::npos) << faces;
+  }
+  write_text(folder / "a.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n");
+  EXPECT_NE(error_of(folder / "a.obj").find("a.obj: has no faces"), std::string::npos);
+  for (const char* text : {"", "a letter\n\no my\n", "g a\n"}) {
+    write_text(folder / "a.obj", text);
+    EXPECT_NE(error_of(folder / "a.obj").find("a.obj: has no vertices"), std::string::npos) << text;
+  }
+}
+
+// A list's number of entries is one that its type holds; more than one element by a name would leave vertices
+// without normals.
+TEST(MeshFiles, ListsAndElementsOfPlyAreWhatTheyMayBe) {
+  const TemporaryFolder folder;
+  const auto head = [](const std::string& count) {
+    return "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+           "element face 1\nproperty list uchar int vertex_indices\nproperty list " +
+           count + " int other\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 ";
+  };
+  write_text(folder / "a.ply", head("uchar") + "2 7 7\n");
+  EXPECT_EQ(read_mesh(folder / "a.ply").triangles.size(), 1u);
+  std::string many = "256";
+  for (int n = 0; n < 256; ++n) many += " 1";
+  write_text(folder / "a.ply", head("short") + many + "\n");
+  EXPECT_EQ(read_mesh(folder / "a.ply").triangles.size(), 1u);
+  for (const char* type : {"uchar", "char", "int", "uint"}) {
+    for (const std::string& count : {std::string("inf"), std::string("-inf"), std::string("1e300"),
+                                     std::string("-1"), std::string("4294967296"), many}) {
+      if (count == many && std::string(type).find("int") != std::string::npos) continue;
+      write_text(folder / "a.ply", head(type) + count + "\n");
+      EXPECT_NE(error_of(folder / "a.ply").find("list"), std::string::npos) << type << ' ' << count;
+    }
+  }
+  const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
+  write_text(folder / "a.ply",
+             "ply\nformat ascii 1.0\nelement vertex 1\n" + xyz +
+                 "property float nx\nproperty float ny\nproperty float nz\nelement vertex 2\n" + xyz +
+                 "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                 "0 0 0 0 0 1\n1 0 0\n0 1 0\n3 0 1 2\n");
+  EXPECT_NE(error_of(folder / "a.ply").find("twice"), std::string::npos) << error_of(folder / "a.ply");
+}
+
 TEST(MeshFiles, HostileOnesAreRefusedInOneLine) {
   const TemporaryFolder folder;
   const std::string head = "ply\nformat binary_little_endian 1.0\n";
@@ -171,6 +319,9 @@ TEST(MeshFiles, HostileOnesAreRefusedInOneLine) {
       "ply\nformat ascii 1.0\nelement vertex 1\n" + xyz + "end_header\n0 1 x\n",
       "ply\nformat ascii 1.0\nelement vertex 1\n" + xyz + "end_header\n0 1\n",
       "ply\nformat ascii 1.0\nelement vertex 1\n" + xyz + "end_header\n0 1 1e999\n",
+      head + "element vertex 1\n" + xyz + "property float nx\nproperty float ny\nproperty float nz\n" +
+          "element vertex 1\n" + xyz + faces + "end_header\n" + zero + zero + zero + '\3' +
+          std::string(4, '\0') + '\1' + std::string(3, '\0') + '\1' + std::string(3, '\0'),
       "solid",
       "",
       "ball"};
@@ -213,6 +364,7 @@ TEST(MeshFiles, DamagedOnesAreRefusedOrWhole) {
         for (const auto& t : mesh.triangles) {
           for (const std::uint32_t v : t) ASSERT_LT(v, mesh.positions.size());
         }
+        ASSERT_TRUE(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size());
       } catch (const Error& e) {
         EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos);
       }

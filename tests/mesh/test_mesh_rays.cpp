@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "base/error.h"
 #include "base/rng.h"
@@ -76,11 +77,8 @@ int balance(const MeshRays& rays, const Vec3& direction, const std::vector<MeshR
   return sum;
 }
 
-// Through the vertices and the middles of edges of a closed mesh, along axes, edges and anyhow: as many ways
-// in as out, and never past. A direction in a triangle's plane has no sign there; none of these is.
-TEST(MeshRays, ClosedMeshesAreLeftAsOftenAsEntered) {
-  Rng rng(11);
-  const TriangleMesh mesh = lumpy_ball(3, rng);
+/// As many ways in as out, and never past.
+void expect_closed(const TriangleMesh& mesh, const Vec3& centre, Rng& rng) {
   const MeshRays rays(mesh);
   int through = 0;
   for (const auto& t : mesh.triangles) {
@@ -96,7 +94,8 @@ TEST(MeshRays, ClosedMeshesAreLeftAsOftenAsEntered) {
         EXPECT_EQ(balance(rays, d, hits), 0);
         EXPECT_EQ(hits.size() % 2, 0u);
         // Well within the outline the ray cannot pass by.
-        if ((target - target.dot(d) * d).norm() < 0.8) {
+        const Vec3 from_centre = target - centre;
+        if ((from_centre - from_centre.dot(d) * d).norm() < 0.8) {
           ++through;
           EXPECT_GE(hits.size(), 2u);
         }
@@ -104,6 +103,57 @@ TEST(MeshRays, ClosedMeshesAreLeftAsOftenAsEntered) {
     }
   }
   EXPECT_GT(through, 1000);
+}
+
+// Through the vertices and the middles of edges of a closed mesh, along axes, edges and anyhow. A direction
+// in a triangle's plane has no sign there; none of these is.
+TEST(MeshRays, ClosedMeshesAreLeftAsOftenAsEntered) {
+  Rng rng(11);
+  expect_closed(lumpy_ball(3, rng), Vec3::Zero(), rng);
+}
+
+// And far from the world's origin, where coordinates are coarse, with a vertex beyond all that nothing has.
+TEST(MeshRays, ClosedMeshesAreSoFarFromTheOrigin) {
+  Rng rng(13);
+  TriangleMesh mesh = lumpy_ball(3, rng);
+  const Vec3 centre(1e8, -3e6, 5e9);
+  for (auto& p : mesh.positions) {
+    for (std::size_t a = 0; a < 3; ++a) p[a] += centre[static_cast<Eigen::Index>(a)];
+  }
+  mesh.positions.push_back({9e99, 0, 0});
+  expect_closed(mesh, centre, rng);
+}
+
+// The tree spares a ray most triangles; vertices that no triangle has, and one triangle far away, change
+// nothing.
+TEST(MeshRays, OneFarVertexDoesNotUndoTheTree) {
+  Rng rng(14);
+  const TriangleMesh near = lumpy_ball(4, rng);  // 2048 triangles
+  TriangleMesh unused = near;
+  unused.positions.push_back({9e99, -9e99, 0});
+  TriangleMesh used = near;
+  const auto first = static_cast<std::uint32_t>(near.positions.size());
+  for (int c = 0; c < 3; ++c) used.positions.push_back({9e99, c * 1e90, c == 1 ? 1e90 : 0.0});
+  used.triangles.push_back({first, first + 1, first + 2});
+  const MeshRays plain(near), with_unused(unused), with_used(used);
+  std::int64_t tried[3] = {};
+  constexpr int kRays = 200;
+  for (int r = 0; r < kRays; ++r) {
+    const Vec3 d = Vec3(rng.normal(), rng.normal(), rng.normal()).normalized();
+    const Vec3 origin = 0.5 * Vec3(rng.normal(), rng.normal(), rng.normal()) - 5 * d;
+    tried[0] += plain.tried(origin, d);
+    tried[1] += with_unused.tried(origin, d);
+    tried[2] += with_used.tried(origin, d);
+    const auto hits = all_hits(plain, origin, d);
+    for (const MeshRays* other : {&with_unused, &with_used}) {
+      const auto same = all_hits(*other, origin, d);
+      ASSERT_EQ(same.size(), hits.size());
+      for (std::size_t n = 0; n < hits.size(); ++n) EXPECT_EQ(same[n].t, hits[n].t);
+    }
+  }
+  EXPECT_LT(tried[0], kRays * 2048 / 10);
+  EXPECT_EQ(tried[1], tried[0]);
+  EXPECT_LT(tried[2], 2 * tried[0]);  // other splits, of the same triangles
 }
 
 // On whole-number coordinates, where rays meet vertices and edges exactly: one hit on a plane of squares, at
@@ -135,7 +185,28 @@ TEST(MeshRays, SharedEdgesAndVerticesAreMetOnce) {
   }
 }
 
-// The tree leaves nothing out and adds nothing: as a mesh of one triangle each says.
+/// Where the line through a triangle's plane passes within it, in long double and without a box (Moeller and
+/// Trumbore 1997); `sure` unless it is closer to an edge than rounding tells.
+std::optional<double> met(const TriangleMesh& mesh, std::uint32_t triangle, const Vec3& origin,
+                          const Vec3& direction, bool& sure) {
+  using V = Eigen::Matrix<long double, 3, 1>;
+  const auto& t = mesh.triangles[triangle];
+  const V a = at(mesh, t[0]).cast<long double>();
+  const V e1 = at(mesh, t[1]).cast<long double>() - a;
+  const V e2 = at(mesh, t[2]).cast<long double>() - a;
+  const V d = direction.cast<long double>();
+  const V s = origin.cast<long double>() - a;
+  const V p = d.cross(e2);
+  const V q = s.cross(e1);
+  const long double det = e1.dot(p);
+  const long double weight[3] = {s.dot(p) / det, d.dot(q) / det, 1 - (s.dot(p) + d.dot(q)) / det};
+  const long double least = std::min({weight[0], weight[1], weight[2]});
+  sure = std::abs(least) > 1e-9L;  // doubles of 1e1 over edges of 1e-1 at slopes of 1e-4
+  if (!(least >= 0)) return std::nullopt;
+  return static_cast<double>(e2.dot(q) / det);
+}
+
+// The tree leaves nothing out and adds nothing: as each triangle says for itself, where no box is asked.
 TEST(MeshRays, TreeFindsWhatEachTriangleSays) {
   Rng rng(12);
   TriangleMesh mesh;
@@ -149,7 +220,8 @@ TEST(MeshRays, TreeFindsWhatEachTriangleSays) {
   }
   const MeshRays rays(mesh);
   std::size_t total = 0;
-  for (int r = 0; r < 100; ++r) {
+  int unsure = 0;
+  for (int r = 0; r < 400; ++r) {
     const Vec3 origin(rng.normal(), 5 * rng.normal(), rng.normal());
     Vec3 d(rng.normal(), rng.normal(), rng.normal());
     if (rng.below(3) == 0) d[static_cast<Eigen::Index>(rng.below(3))] = 0;
@@ -158,15 +230,16 @@ TEST(MeshRays, TreeFindsWhatEachTriangleSays) {
     total += hits.size();
     std::vector<double> alone;
     for (std::uint32_t n = 0; n < 300; ++n) {
-      TriangleMesh one;
-      one.positions = mesh.positions;
-      one.triangles = {mesh.triangles[n]};
-      for (const auto& hit : all_hits(MeshRays(one), origin, d)) alone.push_back(hit.t);
+      bool sure = true;
+      const auto t = met(mesh, n, origin, d, sure);
+      unsure += !sure;
+      if (t) alone.push_back(*t);
     }
+    if (unsure > 0) break;
     std::sort(alone.begin(), alone.end());
     ASSERT_EQ(hits.size(), alone.size());
     for (std::size_t n = 0; n < hits.size(); ++n) {
-      EXPECT_EQ(hits[n].t, alone[n]);
+      EXPECT_NEAR(hits[n].t, alone[n], 1e-11);  // as the positions below
       // The corners' mean by their weights is the point on the ray; coordinates are below 20, 1e-13 some 50
       // ulp; triangles seen under a slope of 1e-2 magnify that by as much.
       const auto& t = mesh.triangles[hits[n].triangle];
@@ -183,7 +256,8 @@ TEST(MeshRays, TreeFindsWhatEachTriangleSays) {
       EXPECT_EQ(within, 2u);
     }
   }
-  EXPECT_GT(total, 100u);
+  EXPECT_EQ(unsure, 0);
+  EXPECT_GT(total, 400u);
 }
 
 TEST(MeshRays, NormalsAreInterpolatedOrTheTriangles) {
@@ -209,6 +283,9 @@ TEST(MeshRays, WhatIsNoMeshIsRefused) {
   EXPECT_THROW(MeshRays{mesh}, Error);
   mesh.triangles = {{0, 1, 2}, {1, 1, 2}};  // the second without area
   EXPECT_EQ(all_hits(MeshRays(mesh), Vec3(0.1, 0.1, 1), Vec3(0, 0, -1)).size(), 1u);
+  mesh.normals = {{0, 0, 1}};  // of the first vertex alone
+  EXPECT_THROW(MeshRays{mesh}, Error);
+  mesh.normals.clear();
   mesh.positions[1][2] = std::nan("");
   EXPECT_THROW(MeshRays{mesh}, Error);
 }

@@ -13,6 +13,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "pipelines"))
 sys.path.insert(0, str(ROOT))
 import check  # noqa: E402
+import isosurface  # noqa: E402
 import pareto  # noqa: E402
 import records  # noqa: E402
 import rounds  # noqa: E402
@@ -69,6 +70,15 @@ class Rounds(unittest.TestCase):
 
     def test_ratio_is_taken_round_by_round(self):
         self.assertEqual(rounds.ratio([2, 20, 200], [1, 10, 100]), (2, 2, 2))
+
+
+class Isosurface(unittest.TestCase):
+    def test_programs_are_timed_with_the_threads_they_use(self):
+        cores = os.cpu_count()
+        for threads in (1, cores, cores + 1):
+            self.assertTrue(isosurface.runs_with(isosurface.Ours.name, threads))
+            self.assertEqual(isosurface.runs_with(isosurface.ScikitImage.name, threads), threads == 1)
+            self.assertEqual(isosurface.runs_with(isosurface.OpenVDB.name, threads), threads == cores)
 
 
 class Pareto(unittest.TestCase):
