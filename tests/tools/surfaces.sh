@@ -36,10 +36,10 @@ for format in ply obj; do
   "$bin/img-compare" surface.exr mesh-$format.exr --fail-above rmse=0.02 >/dev/null || fail "a mesh in place of its surface: $("$bin/img-compare" surface.exr mesh-$format.exr)"
 done
 "$bin/img-compare" mesh-ply.exr mesh-obj.exr --fail-above max=1e-5 >/dev/null || fail "PLY and OBJ of one mesh differ"
-# STL has the triangles' normals alone, 0.03 off at most pixels: opaque, another ball of light, in the same place.
+# STL has the triangles' normals alone: the light differs by an RMSE of 0.0016; a mesh that is missing is one of 0.068.
 "$bin/vol-raycast" ball.nrrd --mesh ball.stl -o stl.exr --size 64x64 --scene fog.yaml || fail "status $? for STL"
 "$bin/vol-raycast" ball.nrrd --mesh ball.ply -o opaque.exr --size 64x64 --scene fog.yaml || fail "status $? for an opaque mesh"
-"$bin/img-compare" stl.exr opaque.exr --fail-above rmse=0.02 >/dev/null || fail "STL and PLY of one mesh: $("$bin/img-compare" stl.exr opaque.exr)"
+"$bin/img-compare" stl.exr opaque.exr --fail-above rmse=0.005 >/dev/null || fail "STL and PLY of one mesh: $("$bin/img-compare" stl.exr opaque.exr)"
 "$bin/vol-raycast" ball.nrrd -o none.exr --size 64x64 --scene fog.yaml || fail "status $? without surfaces"
 "$bin/img-compare" none.exr surface.exr --fail-above rmse=0.04 >/dev/null 2>&1
 [ $? -eq 1 ] || fail "the surface is not in the picture"
@@ -51,7 +51,7 @@ look="opacity 0.3 --surface-opacity 1 --surface-colour 0.1,0.9,0.2 --surface-col
 # shellcheck disable=SC2086
 "$bin/vol-raycast" ball.nrrd --mesh outer.ply --mesh inner.ply --mesh-${look//--surface/--mesh} -o two-meshes.exr --size 64x64 --scene fog.yaml --stats two.json || fail "status $? for two meshes"
 "$bin/img-compare" two-surfaces.exr two-meshes.exr --fail-above rmse=0.02 >/dev/null || fail "two meshes in place of their surfaces: $("$bin/img-compare" two-surfaces.exr two-meshes.exr)"
-"$bin/img-compare" two-meshes.exr opaque.exr --fail-above rmse=0.02 >/dev/null
+"$bin/img-compare" two-meshes.exr opaque.exr --fail-above rmse=0.02 >/dev/null 2>&1
 [ $? -eq 1 ] || fail "two meshes are not one"
 /usr/bin/python3 - <<'END' || fail "mesh_triangles is not the sum of both"
 import json
