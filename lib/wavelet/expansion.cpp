@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include <string>
 
 #include "base/error.h"
 #include "volume/grid_sampler.h"
@@ -12,55 +12,63 @@
 namespace vol::wavelet {
 namespace {
 
-/// 21 bits of x, each followed by two zeros.
-std::uint64_t spread(std::uint64_t x) {
-  x &= 0x1fffff;
-  x = (x | x << 32) & 0x1f00000000ffffULL;
-  x = (x | x << 16) & 0x1f0000ff0000ffULL;
-  x = (x | x << 8) & 0x100f00f00f00f00fULL;
-  x = (x | x << 4) & 0x10c30c30c30c30c3ULL;
-  return (x | x << 2) & 0x1249249249249249ULL;
-}
-
+/// Puts the terms in Morton order, in place, and builds the boxes over them.
 void sort_and_build(Band& band) {
   std::array<std::int32_t, 3> least;
   least.fill(std::numeric_limits<std::int32_t>::max());
   for (const Term& t : band.terms) {
     for (std::size_t a = 0; a < 3; ++a) least[a] = std::min(least[a], t.k[a]);
   }
-  std::vector<std::pair<std::uint64_t, std::size_t>> order;
-  for (const Term& t : band.terms) {
-    std::uint64_t key = 0;
-    for (std::size_t a = 0; a < 3; ++a) key |= spread(static_cast<std::uint64_t>(t.k[a] - least[a])) << a;
-    order.emplace_back(key, order.size());
-  }
-  std::sort(order.begin(), order.end());
-  std::vector<Term> sorted;
-  for (const auto& [key, i] : order) sorted.push_back(band.terms[i]);
-  band.terms = std::move(sorted);
+  // Without interleaving bits, and so of any length: the axis decides on which the highest bit differs.
+  const auto before = [&least](const Term& s, const Term& t) {
+    std::size_t decides = 2;
+    std::uint32_t highest = 0;
+    for (std::size_t a = 3; a-- > 0;) {
+      const auto from = static_cast<std::uint32_t>(least[a]);
+      const std::uint32_t differs =
+          (static_cast<std::uint32_t>(s.k[a]) - from) ^ (static_cast<std::uint32_t>(t.k[a]) - from);
+      if (highest >= differs || highest >= (highest ^ differs)) continue;  // its highest bit is not above
+      highest = differs;
+      decides = a;
+    }
+    return s.k[decides] < t.k[decides];
+  };
+  std::sort(band.terms.begin(), band.terms.end(), before);
 
-  const auto group = [](auto first, auto last) {
-    Band::Node node = *first;
-    for (; first != last; ++first) {
-      for (std::size_t a = 0; a < 3; ++a) {
-        node.lower[a] = std::min(node.lower[a], first->lower[a]);
-        node.upper[a] = std::max(node.upper[a], first->upper[a]);
+  const auto parents = [](std::size_t count, const auto& child) {
+    std::vector<Band::Node> nodes;
+    nodes.reserve((count + Band::kFanout - 1) / Band::kFanout);
+    for (std::size_t begin = 0; begin < count; begin += Band::kFanout) {
+      Band::Node& node = nodes.emplace_back(child(begin));
+      for (std::size_t i = begin + 1; i < std::min(count, begin + Band::kFanout); ++i) {
+        const Band::Node other = child(i);
+        for (std::size_t a = 0; a < 3; ++a) {
+          node.lower[a] = std::min(node.lower[a], other.lower[a]);
+          node.upper[a] = std::max(node.upper[a], other.upper[a]);
+        }
       }
     }
-    return node;
+    return nodes;
   };
-  std::vector<Band::Node> below;
-  for (const Term& t : band.terms) below.push_back({t.k, t.k});
-  while (band.nodes.empty() || below.size() > 1) {
-    std::vector<Band::Node> above;
-    for (std::size_t i = 0; i < below.size(); i += Band::kFanout) {
-      const std::size_t end = std::min(below.size(), i + Band::kFanout);
-      above.push_back(group(below.begin() + static_cast<std::ptrdiff_t>(i),
-                            below.begin() + static_cast<std::ptrdiff_t>(end)));
-    }
-    band.nodes.push_back(above);
-    below = std::move(above);
+  band.nodes.push_back(parents(band.terms.size(), [&band](std::size_t i) {
+    return Band::Node{band.terms[i].k, band.terms[i].k};
+  }));
+  while (band.nodes.back().size() > 1) {
+    const auto& below = band.nodes.back();
+    auto above = parents(below.size(), [&below](std::size_t i) { return below[i]; });
+    band.nodes.push_back(std::move(above));
   }
+}
+
+/// Of a band of these many terms, and their tree.
+std::int64_t band_bytes(std::int64_t terms) {
+  constexpr auto kFanout = static_cast<std::int64_t>(Band::kFanout);
+  std::int64_t bytes = terms * static_cast<std::int64_t>(sizeof(Term)), nodes = terms;
+  do {
+    nodes = (nodes + kFanout - 1) / kFanout;
+    bytes += nodes * static_cast<std::int64_t>(sizeof(Band::Node));
+  } while (nodes > 1);
+  return bytes;
 }
 
 /// First and last j for which coefficient k + j period meets [0, last] on an axis.
@@ -76,9 +84,10 @@ Images images(const Band& band, int axis, std::int64_t k, std::int64_t period, d
           static_cast<std::int64_t>(std::floor((low - at) / p))};
 }
 
-template <class T>
-void add_terms(const Subband<T>& subband, const Dims& extended, const Box3& box, Band& band,
-               std::int64_t& coefficients) {
+/// Calls f(c, k) for every place k where the function of a coefficient c other than 0 meets the box.
+template <class T, class F>
+void for_each_term(const Subband<T>& subband, const Dims& extended, const Box3& box, const Band& band,
+                   const F& f) {
   std::array<std::int64_t, 3> period{};
   for (std::size_t a = 0; a < 3; ++a) period[a] = extended[a] == 1 ? 1 : extended[a] >> band.level;
   const auto axis_images = [&](int axis, std::int64_t k) {
@@ -93,21 +102,24 @@ void add_terms(const Subband<T>& subband, const Dims& extended, const Box3& box,
       for (std::int64_t i = 0; i < subband.dims[0]; ++i, ++at) {
         const auto c = static_cast<double>(subband.coefficients[at]);
         if (c == 0) continue;
-        ++coefficients;
         const Images x = axis_images(0, i);
         for (std::int64_t w = z.first; w <= z.last; ++w) {
           for (std::int64_t v = y.first; v <= y.last; ++v) {
             for (std::int64_t u = x.first; u <= x.last; ++u) {
-              band.terms.push_back({c * band.weight,
-                                    {static_cast<std::int32_t>(i + u * period[0]),
-                                     static_cast<std::int32_t>(j + v * period[1]),
-                                     static_cast<std::int32_t>(k + w * period[2])}});
+              f(c, std::array{static_cast<std::int32_t>(i + u * period[0]),
+                              static_cast<std::int32_t>(j + v * period[1]),
+                              static_cast<std::int32_t>(k + w * period[2])});
             }
           }
         }
       }
     }
   }
+}
+
+template <class T>
+std::int64_t bytes_of(const Subband<T>& subband) {
+  return static_cast<std::int64_t>(subband.coefficients.size() * sizeof(T));
 }
 
 }  // namespace
@@ -123,7 +135,7 @@ Box3 Band::box(const Node& node) const {
 }
 
 template <class T>
-Expansion::Expansion(const Decomposition<T>& decomposition, const ExpansionOptions& options)
+Expansion::Expansion(Decomposition<T> decomposition, const ExpansionOptions& options)
     : geometry_(decomposition.geometry),
       bounds_(volume::field_bounds(geometry_)),
       box_(geometry_.index_box()),
@@ -145,8 +157,9 @@ Expansion::Expansion(const Decomposition<T>& decomposition, const ExpansionOptio
   phi_deviation_ = prototypes.phi_deviation;
   psi_deviation_ = prototypes.psi_deviation;
   functions_.push_back({-1, 2, {{1, 0, 0, 0}}});  // along an axis of one sample
+  std::vector<Band> bands;                        // empty, one for each subband
   for (const auto& subband : decomposition.subbands) {
-    Band band;
+    Band& band = bands.emplace_back();
     band.level = subband.level;
     band.orientation = subband.orientation;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -167,15 +180,52 @@ Expansion::Expansion(const Decomposition<T>& decomposition, const ExpansionOptio
       band.lower[a] = function(band.factor[i]).lower;
       band.upper[a] = function(band.factor[i]).upper();
     }
-    add_terms(subband, extended, box_, band, coefficients_);
+  }
+  const std::vector<std::int64_t> terms = count_terms(decomposition, bands, options.memory_limit);
+  for (std::size_t b = 0; b < bands.size(); ++b) {
+    Band& band = bands[b];
+    band.terms.reserve(static_cast<std::size_t>(terms[b]));
+    for_each_term(decomposition.subbands[b], extended, box_, band,
+                  [&](double c, const std::array<std::int32_t, 3>& k) {
+                    band.terms.push_back({c * band.weight, k});
+                  });
+    decomposition.subbands[b].coefficients = {};
     if (band.terms.empty()) continue;
     sort_and_build(band);
     bands_.push_back(std::move(band));
   }
 }
 
-template Expansion::Expansion(const Decomposition<float>&, const ExpansionOptions&);
-template Expansion::Expansion(const Decomposition<double>&, const ExpansionOptions&);
+template <class T>
+std::vector<std::int64_t> Expansion::count_terms(const Decomposition<T>& decomposition,
+                                                 const std::vector<Band>& bands, std::int64_t limit) {
+  std::vector<std::int64_t> terms;
+  std::int64_t all = 0, bytes = 0;
+  for (const auto& subband : decomposition.subbands) {
+    terms.push_back(0);
+    for_each_term(subband, decomposition.extended_dims, box_, bands[terms.size() - 1],
+                  [&](double, const auto&) { ++terms.back(); });
+    all += terms.back();
+    bytes += bytes_of(subband);
+    coefficients_ += std::count_if(subband.coefficients.begin(), subband.coefficients.end(),
+                                   [](T c) { return c != T{0}; });
+  }
+  planned_bytes_ = bytes;
+  for (std::size_t b = 0; b < bands.size(); ++b) {
+    if (terms[b] > 0) bytes += band_bytes(terms[b]);
+    planned_bytes_ = std::max(planned_bytes_, bytes);
+    bytes -= bytes_of(decomposition.subbands[b]);
+  }
+  if (planned_bytes_ > limit) {
+    throw Error(std::to_string(coefficients_) + " coefficients that are not zero, at " + std::to_string(all) +
+                " places, would take " + std::to_string(planned_bytes_ >> 20) + " MiB, of " +
+                std::to_string(limit >> 20) + " MiB of memory; keep fewer of them");
+  }
+  return terms;
+}
+
+template Expansion::Expansion(Decomposition<float>, const ExpansionOptions&);
+template Expansion::Expansion(Decomposition<double>, const ExpansionOptions&);
 
 double Expansion::value(const Vec3& p_world) const {
   const Vec3 p = world_to_index_ * (p_world - geometry_.origin);

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "volume/field_sampler.h"
@@ -64,6 +65,7 @@ struct Band {
 
 struct ExpansionOptions {
   int depth = 6;  ///< splines on multiples of 2^-depth; haar and Battle-Lemarie need none
+  std::int64_t memory_limit = std::numeric_limits<std::int64_t>::max();  ///< of planned_bytes()
 };
 
 /// The field that a wavelet transform stands for, without rebuilding its samples (Gross, Lippert, Dreger &
@@ -77,10 +79,12 @@ struct ExpansionOptions {
 /// stored and visited, once for each place where their function meets the box.
 class Expansion {
  public:
-  /// Throws vol::Error on a decomposition that validate() refuses, a symmetric boundary (its reflected
-  /// coefficients beyond the box are not stored), and an axis of 2^30 samples or more.
+  /// Move the decomposition in where it is not needed any more: each subband's coefficients are freed as soon
+  /// as its terms are made. What will be taken is counted beforehand. Throws vol::Error on a decomposition
+  /// that validate() refuses, a symmetric boundary (its reflected coefficients beyond the box are not
+  /// stored), an axis of 2^30 samples or more, and over options.memory_limit.
   template <class T>
-  explicit Expansion(const Decomposition<T>& decomposition, const ExpansionOptions& options = {});
+  explicit Expansion(Decomposition<T> decomposition, const ExpansionOptions& options = {});
 
   [[nodiscard]] double value(const Vec3& p_world) const;
   [[nodiscard]] Vec3 gradient(const Vec3& p_world) const;
@@ -96,18 +100,26 @@ class Expansion {
     return functions_[static_cast<std::size_t>(number)];
   }
   [[nodiscard]] std::int64_t coefficients() const { return coefficients_; }  ///< that are not zero
-  /// Largest distance of phi and of psi from the true functions.
+  /// Taken at most at once while it was made, the decomposition included; without the basis functions.
+  [[nodiscard]] std::int64_t planned_bytes() const { return planned_bytes_; }
+  /// Largest distance of phi and of psi from the true functions, found at 8 points between knots: a lower
+  /// bound.
   [[nodiscard]] double phi_deviation() const { return phi_deviation_; }
   [[nodiscard]] double psi_deviation() const { return psi_deviation_; }
 
  private:
+  /// Terms of every subband; sets coefficients_ and planned_bytes_.
+  template <class T>
+  std::vector<std::int64_t> count_terms(const Decomposition<T>& decomposition, const std::vector<Band>& bands,
+                                        std::int64_t limit);
+
   volume::GridGeometry geometry_;
   volume::FieldBounds bounds_;
   Box3 box_;
   Mat3 world_to_index_;
   std::vector<PiecewiseCubic> functions_;
   std::vector<Band> bands_;
-  std::int64_t coefficients_ = 0;
+  std::int64_t coefficients_ = 0, planned_bytes_ = 0;
   double phi_deviation_ = 0, psi_deviation_ = 0;
 };
 

@@ -25,7 +25,8 @@ struct PiecewiseCubic {
 struct Prototypes {
   PiecewiseCubic phi;
   PiecewiseCubic psi;
-  /// Largest distance from the true functions, found at 8 points between two knots; 0 where they are exact.
+  /// Largest distance from the true functions found at 8 points between two knots, a lower bound; 0 where
+  /// they are exact.
   double phi_deviation = 0;
   double psi_deviation = 0;
 };
