@@ -133,6 +133,21 @@ ordered_json describe(const io::SpectrumHeader& header) {
   return info;
 }
 
+/// Options that ask for voxels, of a file that has none.
+void warn_of_ignored(const std::string& path, const char* holds, const Options& o, cli::Record& record) {
+  std::string words;
+  const auto add = [&](const char* option, bool given) {
+    if (given) words += (words.empty() ? "" : ", ") + std::string(option);
+  };
+  add("--checksum", o.checksum);
+  add("--histogram", o.bins > 0);
+  add("--array", !o.input.array.empty());
+  add("--missing", o.input.missing.has_value());
+  add("--volume", o.input.volume.has_value());
+  if (words.empty()) return;
+  record.warn(io::display_name(path) + ": holds " + holds + ", of which there is no " + words);
+}
+
 ordered_json examine(const std::string& path, const Options& o, cli::Record& record) {
   io::InputFile file(path);
   const bool vdb = o.input.raw_dims.empty() && io::is_vdb(file.peek(8));
@@ -144,6 +159,7 @@ ordered_json examine(const std::string& path, const Options& o, cli::Record& rec
     record.input(path);
     const auto coefficients = record.timed("read", [&] { return io::read_coefficients(file); });
     info["holds"] = "wavelet coefficients";
+    warn_of_ignored(path, "wavelet coefficients", o, record);
     info.update(std::visit([](const auto& d) { return describe(d); }, coefficients.decomposition));
     info["attributes"] = coefficients.attributes;
     return info;
@@ -151,7 +167,15 @@ ordered_json examine(const std::string& path, const Options& o, cli::Record& rec
   if (o.input.raw_dims.empty() && io::is_spectrum(file)) {
     record.input(path);
     info["holds"] = "spectrum";
-    info.update(describe(record.timed("read", [&] { return io::read_spectrum_header(file); })));
+    warn_of_ignored(path, "a spectrum", o, record);
+    info.update(describe(record.timed("read", [&] {
+      const auto header = io::read_spectrum_header(file);
+      if (bytes < 0) {  // of unknown size: whether all of it comes shows at the end
+        file.skip(header.is_double ? fourier::spectrum_bytes<double>(header.info)
+                                   : fourier::spectrum_bytes<float>(header.info));
+      }
+      return header;
+    })));
     return info;
   }
   const auto volume = cli::load(file, o.input, record);

@@ -230,10 +230,14 @@ bool InputFile::at_end() {
 void InputFile::skip(std::int64_t n) {
   require(n);
   std::array<char, 4096> scratch;
-  while (n > 0) {
-    const auto part = static_cast<std::size_t>(std::min<std::int64_t>(n, scratch.size()));
-    read_exactly(scratch.data(), part);
-    n -= static_cast<std::int64_t>(part);
+  for (std::int64_t done = 0; done < n;) {
+    const auto part = static_cast<std::size_t>(std::min<std::int64_t>(n - done, scratch.size()));
+    const std::size_t got = read(scratch.data(), part);
+    done += static_cast<std::int64_t>(got);
+    if (got != part) {
+      throw Error(display_name(path_) + ": data ends after " + std::to_string(done) + " of " +
+                  std::to_string(n) + " bytes");
+    }
   }
 }
 
@@ -282,8 +286,8 @@ OutputFile::OutputFile(const std::filesystem::path& path) : path_(path) {
   place_ = place.path;
   temporary_ = temporary_beside(place_, this);
   remember(temporary_.string());
-  // Exclusively, so that nothing is written through a link that lies in wait; a process of this number that was
-  // killed may have left the name behind.
+  // Exclusively, so that nothing is written through a link that lies in wait; a process of this number that
+  // was killed may have left the name behind.
   const auto create = [&] {
     return ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   };

@@ -1,5 +1,6 @@
 #include "io/spectrum.h"
 
+#include <algorithm>
 #include <bit>
 #include <sstream>
 
@@ -147,8 +148,14 @@ void write_spectrum(const std::filesystem::path& path, const fourier::Spectrum<T
 }
 
 bool is_spectrum(InputFile& file) {
-  const std::string_view begin = file.peek(512);
-  return begin.starts_with("NRRD") && begin.find(std::string("\n") + kKind + ":=spectrum\n") != begin.npos;
+  const std::string_view begin = file.peek(4096);
+  if (!begin.starts_with("NRRD")) return false;
+  const std::string_view header = begin.substr(0, std::min(begin.find("\n\n"), begin.find("\n\r\n")));
+  const std::string line = std::string("\n") + kKind + ":=spectrum";
+  const std::size_t at = header.find(line);
+  if (at == header.npos) return false;
+  const std::size_t end = at + line.size();
+  return end == header.size() || header[end] == '\n' || header[end] == '\r';
 }
 
 SpectrumHeader read_spectrum_header(InputFile& file) {
