@@ -10,6 +10,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/common.sh" "$1"
 "$bin/vol-dwt" haar.vdb -o back.nrrd --inverse --quiet || exit 2
 "$bin/vol-raycast" back.nrrd -o nearest.exr --model xray --reconstruction nearest --step 0.002 --size 32x24 --view 30,20 --quiet || exit 2
 "$bin/wavelet-raycast" haar.vdb -o haar.exr --size 32x24 --view 30,20 --stats stats.json || fail "status $? for haar"
+grep -q '"planned_bytes": *[1-9]' stats.json || fail "what it would take was not counted"
 "$bin/img-compare" haar.exr nearest.exr --fail-above rmse=0.002 >/dev/null || fail "haar is not what nearest neighbours give"
 grep -q '"coefficients": *400' stats.json || fail "not 400 coefficients: $(grep coefficients stats.json)"
 
@@ -35,12 +36,35 @@ done
 "$bin/wavelet-raycast" region.vdb -o a.exr --size 32x24 || fail "status $? for a region's coefficients"
 "$bin/wavelet-raycast" all.vdb -o b.exr --size 32x24 --region 3,4,5:9,9,9 || fail "status $? for --region"
 "$bin/img-compare" a.exr b.exr --fail-above max=0 >/dev/null || fail "--region is not that of vol-dwt"
-"$bin/wavelet-raycast" all.vdb -o coarse.exr --size 32x24 --levels 3:3 --stats stats.json || fail "status $? for --levels"
+figure() { # NAME FILE: a number of a stats record
+  sed -n "s/.*\"$1\": *\([-0-9.e+]*\).*/\1/p" "$2"
+}
+for levels in 1:2 3:3 1:3; do
+  "$bin/wavelet-raycast" all.vdb -o "${levels/:/}.exr" --size 32x24 --view 30,20 --levels $levels --stats "${levels/:/}.json" || fail "status $? for --levels $levels"
+done
 # 24 x 20 x 17 is extended to 24 x 24 x 24: 3^3 places of level 3, 8 orientations.
-[ "$(grep -o '"coefficients": *[0-9]*' stats.json | grep -o '[0-9]*$')" -le 216 ] || fail "level 3 has at most 216 coefficients"
+coarse=$(figure coefficients 33.json)
+[ "$coarse" -gt 0 ] && [ "$coarse" -le 216 ] || fail "level 3 has 1 to 216 coefficients, not $coarse"
+[ $(($(figure coefficients 12.json) + coarse)) -eq "$(figure coefficients 13.json)" ] || fail "the levels' coefficients are not all of them"
+# Pictures are sums over the coefficients, rounded to float (6e-8): the largest pixel is below 10.
+"$bin/wavelet-raycast" all.vdb -o whole.exr --size 32x24 --view 30,20 || fail "status $?"
+"$bin/img-compare" 13.exr whole.exr --fail-above max=0 >/dev/null || fail "--levels 1:3 is not all"
+oiiotool 12.exr --ch R,G,B 33.exr --ch R,G,B --add -o sum.exr || fail "oiiotool: status $?"
+"$bin/img-compare" sum.exr whole.exr --channel R --channel G --channel B --fail-above max=3e-6 >/dev/null || fail "the levels do not add up to the picture"
+"$bin/img-compare" 33.exr whole.exr --fail-above max=1e-3 >/dev/null 2>&1 && fail "the detail shows nowhere"
+# What --levels leaves out is not drawn: of orthonormal coefficients, with what is drawn, the whole norm.
+python3 - "$(figure norm_not_drawn 12.json)" "$(figure norm_not_drawn 33.json)" "$(figure norm_not_drawn 13.json)" field.nrrd <<'PYTHON' || fail "norm_not_drawn is not that of what --levels leaves out"
+import array, math, sys
+level3, levels12, none = map(float, sys.argv[1:4])
+v = array.array("f", open(sys.argv[4], "rb").read().split(b"\n\n", 1)[1])
+at = lambda x, y, z: v[(min(z, 16) * 20 + min(y, 19)) * 24 + x]  # extended by its last samples
+norm = math.sqrt(sum(at(x, y, z) ** 2 for z in range(24) for y in range(24) for x in range(24)))
+print(level3, levels12, none, norm)
+sys.exit(not (none == 0 < levels12 < level3 and abs(math.hypot(level3, levels12) / norm - 1) < 1e-6))  # float
+PYTHON
 
 "$bin/vol-dwt" field.nrrd -o symmetric.vdb --boundary symmetric --levels 1 --quiet || exit 2
-for wrong in "field.nrrd -o a.exr" "symmetric.vdb -o a.exr" "haar.vdb -o a.exr --depth 15" "haar.vdb -o a.exr --depth 0" "haar.vdb -o a.exr --model mip" "haar.vdb -o a.exr --levels 3:1" "haar.vdb -o a.exr --levels 4:5" "haar.vdb -o a.exr --levels 1" "haar.vdb -o a.exr --budget -1" "haar.vdb -o a.exr --region 1,1,1:0,2,2" "haar.vdb -o a.ply" "none.vdb -o a.exr"; do
+for wrong in "field.nrrd -o a.exr" "symmetric.vdb -o a.exr" "haar.vdb -o a.exr --depth 15" "haar.vdb -o a.exr --depth 0" "haar.vdb -o a.exr --model mip" "haar.vdb -o a.exr --levels 3:1" "haar.vdb -o a.exr --levels 4:5" "haar.vdb -o a.exr --levels 1:4" "haar.vdb -o a.exr --levels 0:2" "haar.vdb -o a.exr --levels 1" "haar.vdb -o a.exr --budget -1" "haar.vdb -o a.exr --region 1,1,1:0,2,2" "haar.vdb -o a.ply" "none.vdb -o a.exr"; do
   # shellcheck disable=SC2086
   "$bin/wavelet-raycast" $wrong 2>err
   [ $? -eq 2 ] || fail "$wrong must end with 2"
