@@ -215,10 +215,9 @@ int forward(const Options& o, cli::Record& record) {
   const std::int64_t voxels = info.geometry.count();
   const std::int64_t bytes = voxels * static_cast<std::int64_t>(volume::size_in_bytes(volume.voxel_type()));
   const std::int64_t spectrum_bytes = checked_product(info.count(), 2 * sizeof(T));
-  // Measuring plans takes another spectrum to try them on. Canny's detector is done before there are spectra,
-  // and leaves a byte a voxel.
-  const std::int64_t transform =
-      checked_product(spectrum_bytes, spectra_of(o) + (o.wisdom.empty() ? 0 : 1)) + (o.edges ? voxels : 0);
+  // Canny's detector is done before there are spectra, and leaves a byte a voxel.
+  const std::int64_t transform = checked_product(spectrum_bytes, spectra_of(o)) + (o.edges ? voxels : 0) +
+                                 fourier::transform_scratch_bytes<T>(info);
   const std::int64_t detector = o.edges ? checked_product(voxels, fourier::kCannyBytes) : 0;
   require_memory(bytes + std::max(transform, detector), "volume and spectra", record);
   if (filter) {
@@ -263,12 +262,12 @@ volume::Volume inverse_of(io::SpectrumFile& file, const Options& o, cli::Record&
 }
 
 int inverse(io::SpectrumFile& file, const Options& o, cli::Record& record) {
-  const std::int64_t bytes = file.is_double() ? fourier::spectrum_bytes<double>(file.info())
-                                              : fourier::spectrum_bytes<float>(file.info());
-  const std::int64_t trial =
-      o.wisdom.empty() ? 0 : bytes / static_cast<std::int64_t>(file.info().names.size());
-  require_memory(bytes + trial + file.info().geometry.count() * (file.is_double() ? 8 : 4),
-                 "spectra and volume", record);
+  const fourier::SpectrumInfo& info = file.info();
+  const std::int64_t spectra =
+      file.is_double()
+          ? fourier::spectrum_bytes<double>(info) + fourier::transform_scratch_bytes<double>(info)
+          : fourier::spectrum_bytes<float>(info) + fourier::transform_scratch_bytes<float>(info);
+  require_memory(spectra + info.geometry.count() * (file.is_double() ? 8 : 4), "spectra and volume", record);
   auto volume = file.is_double() ? inverse_of<double>(file, o, record) : inverse_of<float>(file, o, record);
   volume.attributes = file.info().attributes;
   cli::save(o.output, volume, record);

@@ -354,12 +354,17 @@ void fvr_require_memory(const FvrOptions& o, const fourier::SpectrumInfo& info,
                         Record& record) {
   const auto jobs = jobs_of(o, info, views);
   std::int64_t largest = 0, all = 0;  // planes; all are kept while they are small
+  std::int64_t scratch = 0;           // of the largest
   for (const Job& job : jobs) {
     const std::int64_t plane = checked_product(
         fourier::SlicePlane<float>::bytes(job.view.width, job.view.height, job.weights.size()),
         real / static_cast<std::int64_t>(sizeof(float)));
     largest = std::max(largest, plane);
     all = std::min(all + plane, fourier::kKeptPlanes);
+    scratch =
+        std::max(scratch, real == sizeof(double)
+                              ? fourier::SlicePlane<double>::scratch_bytes(job.view.width, job.view.height)
+                              : fourier::SlicePlane<float>::scratch_bytes(job.view.width, job.view.height));
   }
   const auto views_count = static_cast<std::int64_t>(jobs.size());
   const std::int64_t pixels = jobs.front().view.picture_width * jobs.front().view.picture_height,
@@ -368,7 +373,7 @@ void fvr_require_memory(const FvrOptions& o, const fourier::SpectrumInfo& info,
   // Drawn in `real`, kept in float; an image of four floats is made of one at a time, or all go into a stack.
   const std::int64_t pictures = checked_product(pixels * channels, lot * 4 + real),
                      written = checked_product(pixels, is_stack(o) ? 4 * views_count : 4 * 4);
-  const std::int64_t bytes = spectra + std::max(largest, all) + pictures + written;
+  const std::int64_t bytes = spectra + std::max(largest, all) + scratch + pictures + written;
   record.count("planned_bytes", bytes);
   const std::int64_t limit = io::ReadOptions::physical_memory();
   if (bytes > limit) {

@@ -68,12 +68,24 @@ std::int64_t pitch(std::int64_t length) {
   return (length + kLine - 1) / kLine * kLine + kLine;
 }
 
+/// Reals of one scratch for columns side by side, and for a row.
+template <class T>
+std::int64_t column_reals(std::int64_t length, std::int64_t columns) {
+  return 2 * std::min(columns, kSideBySide) * pitch<T>(length);
+}
+std::int64_t row_reals(std::int64_t length) {
+  return 2 * (length / 2 + 1);
+}
+
 /// This thread's own, at least `count` reals; two at once, told apart by `which`.
 template <class T>
 T* scratch(int which, std::int64_t count) {
   thread_local Buffer<T> buffers[2];
   auto& buffer = buffers[which];
-  if (static_cast<std::int64_t>(buffer.size()) < count) buffer = Buffer<T>(static_cast<std::size_t>(count));
+  if (static_cast<std::int64_t>(buffer.size()) < count) {
+    buffer = Buffer<T>();  // or both would be there at once
+    buffer = Buffer<T>(static_cast<std::size_t>(count));
+  }
   return buffer.data();
 }
 
@@ -98,13 +110,18 @@ ColumnTransform<T>::~ColumnTransform() {
 }
 
 template <class T>
+std::int64_t ColumnTransform<T>::scratch_bytes(std::int64_t length, std::int64_t columns) {
+  return 2 * column_reals<T>(length, columns) * static_cast<std::int64_t>(sizeof(T));
+}
+
+template <class T>
 void ColumnTransform<T>::run(T* data, std::int64_t columns, std::int64_t stride) const {
   struct Number {
     T re, im;
   };
   const std::int64_t apart = pitch<T>(length_);
-  T* before = scratch<T>(0, 2 * kSideBySide * apart);
-  T* after = scratch<T>(1, 2 * kSideBySide * apart);
+  T* before = scratch<T>(0, column_reals<T>(length_, columns));
+  T* after = scratch<T>(1, column_reals<T>(length_, columns));
   const auto batch = [&](std::int64_t first, auto count) {
     auto* place = reinterpret_cast<Number*>(data) + first;
     auto* from = reinterpret_cast<Number*>(before);
@@ -131,9 +148,8 @@ template <class T>
 RowTransform<T>::RowTransform(std::int64_t length, bool forward, Planning planning)
     : length_(length), forward_(forward) {
   const int n = narrow(length);
-  const std::int64_t reals = 2 * (length / 2 + 1);
-  T* before = scratch<T>(0, reals);
-  T* after = scratch<T>(1, reals);
+  T* before = scratch<T>(0, row_reals(length));
+  T* after = scratch<T>(1, row_reals(length));
   plan_ = forward ? Fftw<T>::r2c(n, before, complex(after), flags(planning))
                   : Fftw<T>::c2r(n, complex(before), after, flags(planning));
   if (plan_ == nullptr) throw Error("FFTW has no plan for " + std::to_string(length) + " points");
@@ -145,8 +161,13 @@ RowTransform<T>::~RowTransform() {
 }
 
 template <class T>
+std::int64_t RowTransform<T>::scratch_bytes(std::int64_t length) {
+  return 2 * row_reals(length) * static_cast<std::int64_t>(sizeof(T));
+}
+
+template <class T>
 void RowTransform<T>::run(const T* from, T* to) const {
-  const std::int64_t spectrum = 2 * (length_ / 2 + 1);
+  const std::int64_t spectrum = row_reals(length_);
   T* before = scratch<T>(0, spectrum);
   T* after = scratch<T>(1, spectrum);
   const auto plan = static_cast<typename Fftw<T>::Plan>(plan_);

@@ -33,6 +33,8 @@ class ColumnTransform {
   ~ColumnTransform();
   ColumnTransform(const ColumnTransform&) = delete;
   ColumnTransform& operator=(const ColumnTransform&) = delete;
+  /// What run() takes besides `data`, and its thread keeps.
+  [[nodiscard]] static std::int64_t scratch_bytes(std::int64_t length, std::int64_t columns);
   /// `data`: interleaved complex, the first column's first element.
   void run(T* data, std::int64_t columns, std::int64_t stride) const;
 
@@ -50,6 +52,8 @@ class RowTransform {
   ~RowTransform();
   RowTransform(const RowTransform&) = delete;
   RowTransform& operator=(const RowTransform&) = delete;
+  /// What run() takes, and its thread keeps: the same memory as of columns.
+  [[nodiscard]] static std::int64_t scratch_bytes(std::int64_t length);
   void run(T* row) const { run(row, row); }
   /// To another place: of a forward transform length + 1 or + 2 reals, of the inverse `length` reals.
   void run(const T* from, T* to) const;

@@ -75,6 +75,13 @@ std::int64_t SlicePlane<T>::bytes(std::int64_t width, std::int64_t height, std::
 }
 
 template <class T>
+std::int64_t SlicePlane<T>::scratch_bytes(std::int64_t width, std::int64_t height) {
+  return checked_product(
+      std::max(ColumnTransform<T>::scratch_bytes(height, kColumns), RowTransform<T>::scratch_bytes(width)),
+      thread_count());
+}
+
+template <class T>
 SlicePlane<T>::SlicePlane(std::int64_t width, std::int64_t height, std::size_t channels)
     : stride_(plane_stride(width)),
       c_stride_(height),

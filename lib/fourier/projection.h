@@ -21,6 +21,8 @@ class SlicePlane {
   [[nodiscard]] std::int64_t stride() const { return stride_; }  ///< complex numbers
   /// Bytes that a plane of this size takes.
   [[nodiscard]] static std::int64_t bytes(std::int64_t width, std::int64_t height, std::size_t channels);
+  /// Bytes that pictures() takes besides, on all threads together.
+  [[nodiscard]] static std::int64_t scratch_bytes(std::int64_t width, std::int64_t height);
   /// Columns from which on all is 0, rounded up to what is transformed together.
   [[nodiscard]] std::int64_t columns(const SliceView& view) const;
   /// Inverse transforms of the first `columns` columns and of the picture's rows; overwrites the plane.

@@ -165,6 +165,20 @@ Buffer<T> transform_field(const SpectrumInfo& info, const RowSource& source, Pla
 }  // namespace
 
 template <class T>
+std::int64_t transform_scratch_bytes(const SpectrumInfo& info) {
+  const Layout l(info);
+  const std::int64_t columns = l.row / 2;
+  const std::int64_t lines =
+      std::max({RowTransform<T>::scratch_bytes(l.m[0]), ColumnTransform<T>::scratch_bytes(l.m[1], columns),
+                ColumnTransform<T>::scratch_bytes(l.m[2], columns)});
+  const std::int64_t copy =  // of rotate_slabs()
+      l.m[2] % 2 != 0 ? checked_product(l.row * static_cast<std::int64_t>(sizeof(T)), l.m[2]) : 0;
+  return checked_product(lines + copy, thread_count());
+}
+template std::int64_t transform_scratch_bytes<float>(const SpectrumInfo&);
+template std::int64_t transform_scratch_bytes<double>(const SpectrumInfo&);
+
+template <class T>
 Spectrum<T> transform(const SpectrumInfo& info, const std::vector<RowSource>& sources, Planning planning) {
   info.validate();
   if (sources.size() != info.names.size()) throw Error("as many spectra as names are expected");

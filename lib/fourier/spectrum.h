@@ -59,6 +59,10 @@ using RowSource = std::function<void(std::int64_t j, std::int64_t k, std::span<d
 template <class T>
 [[nodiscard]] std::int64_t spectrum_bytes(const SpectrumInfo& info);
 
+/// Bytes that transform() and inverse() take besides spectra and volume, on all threads together.
+template <class T>
+[[nodiscard]] std::int64_t transform_scratch_bytes(const SpectrumInfo& info);
+
 /// The spectra of `sources`, one for each of info.names; compensated as info says. Rows of padding are not
 /// transformed along x, slabs of padding neither along x nor y; phase and centring are applied while the data
 /// are in the cache. Threads: parallel_for; the same bits for any number of them. \throws vol::Error where a

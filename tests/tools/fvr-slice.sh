@@ -76,11 +76,14 @@ vol-fft cloud64.nrrd -o back.nrrd --inverse || fail "--inverse: status $?"
 vol-compare back.nrrd cloud.nrrd --fail-above max=1e-6 >said 2>&1 || fail "the inverse is not the volume: $(tail -n 1 said)"
 
 # Measured plans are kept, and read again.
+vol-fft cloud.nrrd -o plain.nrrd --stats estimated.json || fail "status $?"
 for run in first second; do
-  vol-fft cloud.nrrd -o $run.nrrd --wisdom plans.fftw || fail "--wisdom: status $?"
+  vol-fft cloud.nrrd -o $run.nrrd --wisdom plans.fftw --stats measured.json || fail "--wisdom: status $?"
   fvr-slice $run.nrrd -o $run.exr --size 32x32 || fail "status $?"
 done
 [ -s plans.fftw ] || fail "no wisdom was written"
+# Plans are tried on a line, which takes no memory to speak of.
+[ "$(grep planned_bytes estimated.json)" = "$(grep planned_bytes measured.json)" ] || fail "--wisdom plans for other memory"
 # The cloud's pictures go up to 15; they are the same to some roundings of float, 6e-8 each: 1e-6 of that.
 differs first.exr second.exr max=1.5e-5
 echo nonsense >bad.fftw
@@ -150,6 +153,17 @@ for line in "holds  *spectrum" "padding  *2" "model  *plain" "compensation  *non
   grep -Eq "^  $line" info || fail "vol-info of a spectrum without $line: $(cat info)"
 done
 vol-info - <plain.nrrd | grep -q "holds  *spectrum" || fail "vol-info of a spectrum in a pipe"
+# shellcheck disable=SC2002
+cat plain.nrrd | vol-info - | grep -q "holds  *spectrum" || fail "vol-info of a spectrum in a pipe of unknown size"
+head -c -3 plain.nrrd >short.nrrd
+refused vol-info short.nrrd
+refused vol-info - < <(cat short.nrrd)
+grep -q "ends after" err || fail "a spectrum that is cut off: $(cat err)"
+warns "--checksum, --histogram, --missing" vol-info plain.nrrd --checksum --histogram 4 --missing 0 >/dev/null
+vol-dwt cloud.nrrd -o cloud.vdb --wavelet haar --quiet || exit 2
+warns "--histogram, --volume" vol-info cloud.vdb --histogram 4 --volume 0 >/dev/null
+vol-info plain.nrrd cloud.vdb >/dev/null 2>err || fail "status $?: vol-info"
+[ ! -s err ] || fail "a warning of nothing: $(cat err)"
 
 # A spectrum that holds what no spectrum does, or says what it is not.
 python3 - <<'PYTHON' || exit 2
@@ -157,6 +171,11 @@ import struct
 head, data = open("plain.nrrd", "rb").read().split(b"\n\n", 1)
 middle = len(data) // 8 * 4
 def write(name, head, data): open(name, "wb").write(head + b"\n\n" + data)
+lines = head.split(b"\n")
+kind = lines.index(b"precis.kind:=spectrum")
+write("late.nrrd", b"\n".join(lines[:1] + [b"# " + b"x" * 1000] + lines[1:]), data)
+open("crlf.nrrd", "wb").write(head.replace(b"\n", b"\r\n") + b"\r\n\r\n" + data)
+write("none.nrrd", b"\n".join(lines[:kind] + [b"other:=precis.kind:=spectrum"] + lines[kind + 1:]), data)
 write("nan.nrrd", head, data[:middle] + struct.pack("<f", float("nan")) + data[middle + 4:])
 write("infinite.nrrd", head, data[:middle] + struct.pack("<f", float("inf")) + data[middle + 4:])
 for name, is_so, lie in (("padding", b"padding:=2", b"padding:=4"), ("model", b"model:=plain", b"model:=other"),
@@ -164,6 +183,8 @@ for name, is_so, lie in (("padding", b"padding:=2", b"padding:=4"), ("model", b"
     assert is_so in head, is_so
     write("lie-" + name + ".nrrd", head.replace(is_so, lie), data)
 PYTHON
+for good in late crlf; do vol-info $good.nrrd | grep -q "holds  *spectrum" || fail "$good.nrrd is a spectrum"; done
+vol-info none.nrrd 2>err | grep -q "holds  *spectrum" && fail "none.nrrd is no spectrum"
 for bad in lie-padding lie-model lie-count lie-space; do refused vol-info $bad.nrrd; done
 for bad in nan infinite lie-padding lie-model lie-count lie-space; do
   names $bad.nrrd fvr-slice $bad.nrrd -o missed.exr --size 16x16
