@@ -159,9 +159,9 @@ head -c -3 plain.nrrd >short.nrrd
 refused vol-info short.nrrd
 refused vol-info - < <(cat short.nrrd)
 grep -q "ends after" err || fail "a spectrum that is cut off: $(cat err)"
-warns "--checksum, --histogram, --missing" vol-info plain.nrrd --checksum --histogram 4 --missing 0 >/dev/null
+warns "--checksum, --histogram, --missing" vol-info plain.nrrd --checksum --histogram 4 --missing 0
 vol-dwt cloud.nrrd -o cloud.vdb --wavelet haar --quiet || exit 2
-warns "--histogram, --volume" vol-info cloud.vdb --histogram 4 --volume 0 >/dev/null
+warns "--histogram, --volume" vol-info cloud.vdb --histogram 4 --volume 0
 vol-info plain.nrrd cloud.vdb >/dev/null 2>err || fail "status $?: vol-info"
 [ ! -s err ] || fail "a warning of nothing: $(cat err)"
 
