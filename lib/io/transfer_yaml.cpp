@@ -14,7 +14,6 @@ namespace vol::io {
 namespace {
 
 constexpr std::int64_t kLargestText = 1 << 20;
-constexpr std::size_t kMostCurves = 64;
 
 std::string read_text(const std::filesystem::path& path) {
   InputFile file(path);
@@ -143,8 +142,8 @@ std::optional<transfer::BezierTransfer> parse_bezier(const YAML::Node& node) {
     bezier.bands.push_back({"", Vec3::Ones(), parse_curve(list)});
     return bezier;
   }
-  if (list.size() > kMostCurves) {
-    YamlMap::fail(list, "bezier: at most " + std::to_string(kMostCurves) + " curves are possible");
+  if (list.size() > transfer::kMostCurves) {  // before they are read
+    YamlMap::fail(list, "bezier: at most " + std::to_string(transfer::kMostCurves) + " curves are possible");
   }
   for (const auto& entry : list) {
     const YamlMap curve(entry, "curve", {"name", "colour", "points"});

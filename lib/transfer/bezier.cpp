@@ -5,11 +5,13 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "base/utf8.h"
 
 namespace vol::transfer {
 namespace {
 
-constexpr double kLargest = 1e30;  // of a control point: nothing that is made of them overflows
+constexpr double kLargest =
+    1e30;  // of a control point and of a colour: nothing that is made of them overflows
 
 std::string counted(std::size_t n) {
   return std::to_string(n) + (n == 1 ? " control point" : " control points");
@@ -98,11 +100,17 @@ ValueAndSlope BezierCurve::at(double v) const {
 
 void BezierTransfer::validate() const {
   if (bands.empty()) throw Error("no curves");
+  if (bands.size() > kMostCurves) {
+    throw Error("at most " + std::to_string(kMostCurves) + " curves are possible, not " +
+                std::to_string(bands.size()));
+  }
   if (!(hi > lo) || !std::isfinite(hi - lo)) throw Error("a range of values with low < high is expected");
   for (const auto& band : bands) {
     if (!band.colour.allFinite() || band.colour.minCoeff() < 0) {
       throw Error("colour with a component that is negative or not finite");
     }
+    if (band.colour.maxCoeff() > kLargest) throw Error("colour with a component beyond 1e30");
+    if (!is_utf8(band.name)) throw Error("the name of a curve is not UTF-8");
   }
 }
 

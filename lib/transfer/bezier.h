@@ -10,6 +10,8 @@ namespace vol::transfer {
 
 /// Control points that files and fits may have: degree 20.
 inline constexpr int kMostControlPoints = 21;
+/// Curves that one transfer function may have.
+inline constexpr std::size_t kMostCurves = 64;
 
 /// Value and derivative of a polynomial in Bernstein form, sum_i C(n-1, i) (1-t)^(n-1-i) t^i P_i, by de
 /// Casteljau: repeated means of neighbours, so that for t in [0, 1] nothing cancels but the P_i themselves.
@@ -51,8 +53,8 @@ class BezierCurve {
 
 /// A curve and the colour that it counts in.
 struct BezierBand {
-  std::string name;      ///< may be empty
-  Vec3 colour{1, 1, 1};  ///< linear light
+  std::string name;      ///< UTF-8; may be empty
+  Vec3 colour{1, 1, 1};  ///< linear light, 0 to 1e30
   BezierCurve curve;
 };
 
@@ -63,7 +65,9 @@ struct BezierTransfer {
   double lo = 0, hi = 1;
   std::vector<BezierBand> bands;
 
-  /// \throws vol::Error without bands, a range without extent, a colour that is negative or not finite
+  /// \throws vol::Error without bands, more than kMostCurves, a range without extent, a colour that is
+  /// negative,
+  ///         beyond 1e30 or not finite, a name that is not UTF-8
   void validate() const;
   [[nodiscard]] double scaled(double value) const;
   /// v sum_b colour_b[channel] B_b(v) of a data value.

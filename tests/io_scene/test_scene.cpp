@@ -156,6 +156,8 @@ TEST(Bezier, RefusalsNameFileAndLine) {
            {"bezier: [0, 1]\ncolours: [[0, 0, 0, 0]]\n", "unknown key"},
            {"bezier: [{name: a}]\n", "points"},
            {"bezier: [{points: [1], colour: [0, -1, 0]}]\n", "negative"},
+           {"bezier: [{points: [1], colour: [0, 1e31, 0]}]\n", "1e30"},
+           {"bezier: [{points: [1], name: \"Z\xe4hne\"}]\n", "UTF-8"},
            {"bezier: [{points: [1], color: [0, 1, 0]}]\n", "unknown key"}}) {
     EXPECT_THAT(refused(text), AllOf(HasSubstr("b.yaml: line "), HasSubstr(word))) << text;
   }

@@ -106,6 +106,19 @@ TEST(Bezier, WhatIsNoCurveIsRefused) {
   EXPECT_THROW((BezierTransfer{0, 1, {}}.validate()), Error);
   EXPECT_THROW((BezierTransfer{1, 1, {{"", Vec3::Ones(), BezierCurve({1})}}}.validate()), Error);
   EXPECT_THROW((BezierTransfer{0, 1, {{"", Vec3(0, -1, 0), BezierCurve({1})}}}.validate()), Error);
+  EXPECT_THROW((BezierTransfer{0, 1, {{"", Vec3(0, 1e31, 0), BezierCurve({1})}}}.validate()), Error);
+  BezierTransfer many{0, 1, std::vector<BezierBand>(64, {"", Vec3::Ones(), BezierCurve({1})})};
+  EXPECT_NO_THROW(many.validate());
+  many.bands.push_back(many.bands.front());
+  EXPECT_THROW(many.validate(), Error);
+  for (const char* name : {"Z\xc3\xa4hne", "\xe2\x82\xac", "\xf0\x9f\xa6\xb7", "\xef\xbf\xbf"}) {
+    EXPECT_NO_THROW((BezierTransfer{0, 1, {{name, Vec3::Ones(), BezierCurve({1})}}}.validate())) << name;
+  }
+  // Latin-1, half a letter, a longer form than needed, half a pair of UTF-16, beyond U+10FFFF.
+  for (const char* name :
+       {"Z\xe4hne", "\xff", "\xe2\x82", "\xc0\xaf", "\xe0\x80\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80"}) {
+    EXPECT_THROW((BezierTransfer{0, 1, {{name, Vec3::Ones(), BezierCurve({1})}}}.validate()), Error) << name;
+  }
   EXPECT_THROW(Profile({}), Error);
   EXPECT_THROW(Profile({{0, nan}}), Error);
   EXPECT_THROW(Profile({{1, 0}, {0, 0}}), Error);
