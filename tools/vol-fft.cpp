@@ -121,7 +121,7 @@ struct Curves {
   std::optional<volume::Range> range;
 };
 
-Curves curves_of(const Options& o) {
+Curves curves_of(const Options& o, cli::Record& record) {
   Curves curves;
   if (!o.range.empty()) curves.range = {o.range[0], o.range[1]};
   if (CLI::detail::lexical_cast(o.bezier, curves.points)) {
@@ -132,6 +132,7 @@ Curves curves_of(const Options& o) {
   const auto bezier = io::is_standard_stream(o.bezier) ? std::nullopt : io::read_bezier(o.bezier);
   if (!bezier)
     throw Error("--bezier " + o.bezier + ": expected a number, or a file of Bezier curves (tf-fit)");
+  record.input(o.bezier);
   if (curves.range) throw Error("--range: the range of " + o.bezier + " is taken");
   curves.range = {bezier->lo, bezier->hi};
   for (const auto& band : bezier->bands) {
@@ -144,26 +145,25 @@ Curves curves_of(const Options& o) {
   return curves;
 }
 
-fourier::Model model_of(const volume::Volume& volume, const Options& o, fourier::SpectrumInfo& info,
-                        cli::Record& record) {
+fourier::Model model_of(const volume::Volume& volume, const Options& o, const std::optional<Curves>& curves,
+                        fourier::SpectrumInfo& info, cli::Record& record) {
   if (o.shading == "depth-cue") return fourier::depth_cue_model(volume);
   if (o.shading == "directional") return fourier::directional_model(volume);
-  if (!o.bezier.empty()) {
-    const Curves curves = curves_of(o);
-    const auto range = curves.range ? *curves.range : volume::value_range(volume);
-    record.resolved("bezier", curves.points);
+  if (curves) {
+    const auto range = curves->range ? *curves->range : volume::value_range(volume);
+    record.resolved("bezier", curves->points);
     record.resolved("range", {range.min, range.max});
     info.attributes[cli::kBezierRange] = nlohmann::json{range.min, range.max}.dump();
-    return fourier::bezier_model(volume, curves.points, range);
+    return fourier::bezier_model(volume, curves->points, range);
   }
   if (!o.bands.empty() || o.edges) return fourier::bands_model(volume, parse_bands(o.bands), o.edges);
   return fourier::plain_model(volume);
 }
 
 /// Spectra that model_of() will name.
-std::int64_t spectra_of(const Options& o) {
+std::int64_t spectra_of(const Options& o, const std::optional<Curves>& curves) {
   if (!o.shading.empty()) return 4;
-  if (!o.bezier.empty()) return curves_of(o).points;
+  if (curves) return curves->points;
   if (!o.bands.empty() || o.edges) return static_cast<std::int64_t>(o.bands.size()) + (o.edges ? 1 : 0);
   return 1;
 }
@@ -204,7 +204,8 @@ int forward(const Options& o, cli::Record& record) {
   std::optional<fourier::Filter> filter;
   if (o.compensation != "none") filter.emplace(o.compensation, o.padding);
   (void)parse_bands(o.bands);
-  if (!o.bezier.empty()) (void)curves_of(o);
+  std::optional<Curves> curves;
+  if (!o.bezier.empty()) curves = curves_of(o, record);
   const volume::Volume volume = cli::load(o.input, record);
   fourier::SpectrumInfo info;
   info.geometry = volume.geometry();
@@ -216,7 +217,7 @@ int forward(const Options& o, cli::Record& record) {
   const std::int64_t bytes = voxels * static_cast<std::int64_t>(volume::size_in_bytes(volume.voxel_type()));
   const std::int64_t spectrum_bytes = checked_product(info.count(), 2 * sizeof(T));
   // Canny's detector is done before there are spectra, and leaves a byte a voxel.
-  const std::int64_t transform = checked_product(spectrum_bytes, spectra_of(o)) + (o.edges ? voxels : 0) +
+  const std::int64_t transform = checked_product(spectrum_bytes, spectra_of(o, curves)) + (o.edges ? voxels : 0) +
                                  fourier::transform_scratch_bytes<T>(info);
   const std::int64_t detector = o.edges ? checked_product(voxels, fourier::kCannyBytes) : 0;
   require_memory(bytes + std::max(transform, detector), "volume and spectra", record);
@@ -231,7 +232,7 @@ int forward(const Options& o, cli::Record& record) {
                   ", and all errors of the filter there as well; more --pad cures it");
     }
   }
-  const auto model = record.timed("model", [&] { return model_of(volume, o, info, record); });
+  const auto model = record.timed("model", [&] { return model_of(volume, o, curves, info, record); });
   info.model = model.name;
   info.names = model.spectra;
   const auto plan = planning<T>(o);

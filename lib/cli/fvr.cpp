@@ -343,6 +343,13 @@ std::vector<Job> jobs_of(const FvrOptions& o, const fourier::SpectrumInfo& info,
   return jobs;
 }
 
+/// Spectra of files that do not say so are taken at the curves' word.
+void warn_of_unknown_range(const FvrOptions& o, const fourier::SpectrumInfo& info, Record& record) {
+  if (o.transfer.empty() || info.attributes.contains(kBezierRange)) return;
+  record.warn("the spectra do not say over which values their curves are; taken to be those of " +
+              o.transfer.string());
+}
+
 // The pictures of a run are kept until they are written, so that drawing is timed by itself; of many, in
 // lots.
 constexpr std::size_t kLot = 64;
@@ -387,6 +394,7 @@ void fvr_pictures(const FvrOptions& o, const fourier::SpectrumInfo& info, const 
   const auto size = parse_image_size("--size", o.size);
   double exposure = exposure_of(o);
   const auto jobs = jobs_of(o, info, views);
+  warn_of_unknown_range(o, info, record);
   volume::Grid<float> stack;
   if (is_stack(o)) {
     const double pitch = jobs.front().view.pitch;

@@ -14,10 +14,10 @@ namespace vol::io {
 // clang-format off
 /// What a scene file says; what it leaves out is the program's default.
 ///
-///     camera: {azimuth: 30, elevation: 20, width: 100}   # or fov: 30, distance: 200 for perspective; target, up
+///     camera: {azimuth: 30, elevation: 20, width: 100}   # or fov, distance (perspective); target, up
 ///     transfer: bone.yaml            # beside the scene; or the map of a transfer function, inline
 ///     reference_length: 1            # world length the opacities are for; default: the smallest spacing
-///     shading: true                  # or {ambient, diffuse, specular, exponent, light: [x, y, z]}; default: none
+///     shading: true                  # or {ambient, diffuse, specular, exponent, light: [x, y, z]} [none]
 ///     background: [0, 0, 0]          # linear RGB
 ///     model: composite               # or xray, mip
 ///     quadrature: trapezoid
@@ -40,7 +40,7 @@ struct SceneFile {
 // clang-format off
 /// Reads a transfer function:
 ///     space: srgb                            # of the colours; default linear
-///     range: [0, 255]                        # values below are scaled from [0, 1] to this; default: as they are
+///     range: [0, 255]                        # values below are scaled from [0, 1] to this [as they are]
 ///     colours: [[0, 0, 0, 0], [255, 1, 1, 1]]      # value, red, green, blue
 ///     opacity: [[0, 0], [255, 0.3]]                # value, opacity for one reference length
 // clang-format on
