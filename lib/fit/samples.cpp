@@ -48,8 +48,8 @@ std::map<double, std::int64_t> counted_values(const volume::Volume& volume, cons
 }  // namespace
 
 std::vector<double> Samples::targets(const std::function<double(double)>& f) const {
-  std::vector<double> values(v.size());
-  for (std::size_t i = 0; i < v.size(); ++i) values[i] = f(data_value(i));
+  std::vector<double> values;
+  for (const double at : value) values.push_back(f(at));
   return values;
 }
 
@@ -58,6 +58,7 @@ Samples uniform_samples(const volume::Range& range, int count) {
   Samples samples{{}, {}, range};
   for (int i = 0; i < count; ++i) {
     samples.v.push_back((i + 0.5) / count);
+    samples.value.push_back(range.min + samples.v.back() * (range.max - range.min));
     samples.weight.push_back(1.0 / count);
   }
   return samples;
@@ -79,6 +80,7 @@ Samples histogram_samples(const volume::Volume& volume, const volume::Range& ran
   for (const auto& [value, count] : counted_values(volume, range, bins)) {
     const auto n = static_cast<double>(count);
     samples.v.push_back((value - range.min) / (range.max - range.min));
+    samples.value.push_back(value);
     samples.weight.push_back(weighting == Weighting::histogram ? n : std::log1p(n));
     sum += samples.weight.back();
   }

@@ -12,8 +12,10 @@ struct Samples {
   std::vector<double> v;       ///< data values scaled by the range to [0, 1], ascending
   std::vector<double> weight;  ///< positive, of sum 1
   volume::Range range;         ///< data values of v = 0 and v = 1
+  /// Data values themselves: what v and the range make again of an integer is it but for rounding, and misses
+  /// a band that ends there.
+  std::vector<double> value{};
 
-  [[nodiscard]] double data_value(std::size_t i) const { return range.min + v[i] * (range.max - range.min); }
   /// f at every sample's data value.
   [[nodiscard]] std::vector<double> targets(const std::function<double(double)>& f) const;
 };
