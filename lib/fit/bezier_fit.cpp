@@ -12,6 +12,20 @@ namespace {
 
 using Targets = std::vector<std::vector<double>>;
 
+/// A loss's scale below what rounding leaves of residuals would count noise alone; the square of one below
+/// 1e-100, which Ceres divides by, is 0 before long.
+void require_scale(const FitOptions& o, double largest_target) {
+  constexpr double kRounding = 1e-12, kLeast = 1e-100, kMost = 1e100;
+  if (o.loss == Loss::none) return;
+  const double least = std::max(kLeast, kRounding * largest_target);
+  if (o.loss_scale >= least && o.loss_scale <= kMost) return;
+  char text[120];
+  std::snprintf(text, sizeof text,
+                "the scale of the loss: %.3g to %.3g is possible for this target, not %.3g", least, kMost,
+                o.loss_scale);
+  throw Error(text);
+}
+
 void require_possible(const Samples& samples, const Targets& targets, const FitOptions& o) {
   if (samples.v.empty() || targets.empty()) throw Error("there is nothing to fit to: no samples");
   if (o.points < 1 || o.points > transfer::kMostControlPoints) {
@@ -23,15 +37,19 @@ void require_possible(const Samples& samples, const Targets& targets, const FitO
   if (o.free_range && o.parametric) throw Error("a free range and free abscissae exclude each other");
   if (o.parametric && o.points < 2)
     throw Error("a curve with abscissae of its own has at least 2 control points");
+  if (!(o.smoothness >= 0) || o.smoothness > 1e12) throw Error("smoothness: 0 to 1e12 is possible");
   if (o.bounds == Bounds::curve && (o.loss != Loss::none || o.free_range || o.parametric)) {
     throw Error(
         "bounds on the curve alone are for the linear problem: no loss, free range or free abscissae");
   }
+  double largest = 0;
   for (const auto& target : targets) {
     for (const double t : target) {
       if (!(std::abs(t) <= 1e30)) throw Error("the target is not finite, or beyond 1e30");
+      largest = std::max(largest, std::abs(t));
     }
   }
+  require_scale(o, largest);
 }
 
 bool within(const Eigen::VectorXd& p, const FitOptions& o) {
@@ -146,7 +164,10 @@ Placed placed(const Samples& samples, const FitOptions& o, const Eigen::VectorXd
 double share(double r, const FitOptions& o) {
   const double a = o.loss_scale;
   if (o.loss == Loss::huber) return std::abs(r) <= a ? 1 : a / std::abs(r);
-  if (o.loss == Loss::cauchy) return 1 / (1 + r * r / (a * a));
+  if (o.loss == Loss::cauchy) {
+    const double x = r / a;  // before it is squared: a a may be 0
+    return 1 / (1 + x * x);
+  }
   return 1;
 }
 
@@ -155,11 +176,14 @@ double share(double r, const FitOptions& o) {
 Eigen::VectorXd solve_again(const Placed& at, std::span<const double> target, const FitOptions& o,
                             const Eigen::VectorXd& points) {
   Samples counted = at.samples;
+  double sum = 0;
   for (std::size_t j = 0; j < at.t.size(); ++j) {
     const double q = o.quantity == Quantity::emission ? at.samples.v[j] : 1;
     const std::span<const double> p(points.data(), static_cast<std::size_t>(points.size()));
     counted.weight[j] *= share(q * transfer::de_casteljau(p, at.t[j]).value - target[j], o);
+    sum += counted.weight[j];
   }
+  if (!(sum > 0)) throw Error("to this loss all samples are outliers; a larger scale of it is needed");
   return solve_linear(counted, at.t, target, o).points;
 }
 
@@ -295,6 +319,7 @@ Fit fit_bezier(const Samples& samples, const std::vector<std::vector<double>>& t
 
 Fit fit_within(const Samples& samples, const std::vector<std::vector<double>>& targets,
                const FitOptions& options, double error) {
+  require_possible(samples, targets, options);
   FitOptions o = options;
   double left = 0;
   for (o.points = options.parametric ? 2 : 1; o.points <= options.points; ++o.points) {

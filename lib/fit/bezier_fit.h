@@ -9,10 +9,10 @@ namespace vol::fit {
 
 /// What comes close to the target: the weight B(v), or the v B(v) that pictures add up.
 enum class Quantity { weight, emission };
-/// none; points: every control point lies within least .. most, and the curve with them; curve: only the
-/// curve.
+/// Of what least .. most are bounds: of nothing; of every control point, and so of the curve; or of the curve
+/// alone.
 enum class Bounds { none, points, curve };
-/// Of a residual r: r^2, Huber's (linear beyond the scale) or Cauchy's (logarithmic).
+/// What a residual r counts: r^2, or beyond the scale less, Huber's linear in r, Cauchy's logarithmic.
 enum class Loss { none, huber, cauchy };
 
 struct FitOptions {
@@ -37,25 +37,25 @@ struct Fit {
   std::vector<transfer::BezierCurve> curves;  ///< one a target
   std::vector<Residual> residuals;            ///< one a target, of the quantity fitted
   volume::Range range;                        ///< data values of v = 0 and v = 1
-  std::string method;                         ///< qr, active-set (points at bounds), exchange (curve at bounds), ceres
+  std::string method;    ///< qr, active-set (points at bounds), exchange (curve at bounds), ceres
   double condition = 0;  ///< of the (weighted) least squares matrix, for the range and abscissae found
-  int rank = 0;          ///< of it; less than points: the shortest of all solutions was taken
+  int rank = 0;          ///< of it; less than points: many curves are as near, of qr's the shortest is taken
   int iterations = 0;    ///< of Ceres, all curves together
 };
 
 /// Control points that minimise, over the samples,
 ///     sum_j weight_j loss(q(v_j) B(v_j) - target_j) + smoothness sum_i (P_i - 2 P_i+1 + P_i+2)^2,
 /// q = 1 or v. The linear problem is solved by QR (never by normal equations), of the solutions of a
-/// rank-deficient one the shortest; where that breaks the bounds of the points by QR on those that are not at a
-/// bound, exchanged until the conditions of optimality hold. What is not linear goes to Ceres, in turn with QR
-/// for the points alone, and may have several minima: of two starts the better end is taken, never worse than
-/// the best evenly spaced curve.
+/// rank-deficient one the shortest; where that breaks the bounds of the points by QR on those that are not at
+/// a bound, exchanged until the conditions of optimality hold. What is not linear goes to Ceres, in turn with
+/// QR for the points alone, and may have several minima: of two starts the better end is taken, never worse
+/// than the best evenly spaced curve.
 ///
 /// \param targets  one a curve, each of a value a sample; with free_range all curves share the range
-/// \throws vol::Error for no sample, points beyond kMostControlPoints, bounds without extent, options that
-/// exclude each
-///         other: free_range with parametric; bounds on the curve with a loss, a free range or abscissae, or
-///         of a rank-deficient problem
+/// \throws vol::Error for no sample, points beyond kMostControlPoints, bounds without extent, a loss_scale
+///         below 1e-12 of the largest target or beyond 1e-100 .. 1e100, smoothness beyond 0 .. 1e12; options
+///         that exclude each other: free_range with parametric, bounds on the curve with a loss, a free range
+///         or abscissae; bounds on the curve of a rank-deficient problem; numbers that Ceres cannot solve
 [[nodiscard]] Fit fit_bezier(const Samples& samples, const std::vector<std::vector<double>>& targets,
                              const FitOptions& options);
 

@@ -140,7 +140,10 @@ bool solve_bounded(const Triangle& problem, double least, double most, VectorXd&
   return false;
 }
 
-VectorXd solve_curve_bounded(const Triangle& problem, double least, double most) {
+namespace {
+
+/// The problem of solve_curve_bounded() for curves of the size of 1.
+VectorXd solve_scaled(const Triangle& problem, double least, double most) {
   const Index n = problem.r.cols();
   std::vector<double> places;
   const int first = 4 * static_cast<int>(n);
@@ -179,6 +182,20 @@ VectorXd solve_curve_bounded(const Triangle& problem, double least, double most)
     if (kept) return p;
   }
   throw Error("bounds on the curve could not be kept to 1e-9; bound the control points instead");
+}
+
+}  // namespace
+
+// The polynomials sum to 1: with p = least + size q the curve is least + size times that of the q, and
+// R p - c is size (R q - (c - R least)/size).
+VectorXd solve_curve_bounded(const Triangle& problem, double least, double most) {
+  const VectorXd lowest = VectorXd::Constant(problem.r.cols(), least);
+  const VectorXd origin = problem.r.triangularView<Eigen::Upper>().solve(problem.c);
+  // Of bounds far wider than the curve its own size counts.
+  const double size = std::min(most - least, (origin - lowest).cwiseAbs().maxCoeff());
+  if (!(size > 0)) return lowest;  // it is that curve
+  const Triangle scaled{problem.r, (problem.c - problem.r * lowest) / size};
+  return lowest + size * solve_scaled(scaled, 0, (most - least) / size);
 }
 
 }  // namespace vol::fit

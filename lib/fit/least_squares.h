@@ -34,8 +34,9 @@ struct LinearSolution {
 /// (Stark & Parker 1995). \returns false where that does not end within 50 exchanges a point
 [[nodiscard]] bool solve_bounded(const Triangle& problem, double least, double most, Eigen::VectorXd& points);
 
-/// min ||R p - c|| with least <= B(t) <= most for t in [0, 1], kept to 1e-9: a least distance problem (Lawson
-/// & Hanson 1974, chapter 23) at places that are exchanged for where the curve leaves the bounds. R of full
+/// min ||R p - c|| with least <= B(t) <= most for t in [0, 1], kept to 1e-9 of most - least, or of the
+/// largest p_i - least of the problem without bounds where that is less: a least distance problem (Lawson &
+/// Hanson 1974, chapter 23) at places to which are added those where the curve leaves the bounds. R of full
 /// rank.
 [[nodiscard]] Eigen::VectorXd solve_curve_bounded(const Triangle& problem, double least, double most);
 

@@ -1,10 +1,24 @@
 #include <ceres/ceres.h>
+#include <glog/logging.h>
 
 #include "base/error.h"
 #include "fit/cost_functions.h"
 
 namespace vol::fit {
 namespace {
+
+/// Ceres reports by glog, several lines on standard error, what its summary says too; while this lives glog
+/// is silent but for what ends the program.
+class SilentGlog {
+ public:
+  SilentGlog() : before_(FLAGS_minloglevel) { FLAGS_minloglevel = google::GLOG_FATAL; }
+  ~SilentGlog() { FLAGS_minloglevel = before_; }
+  SilentGlog(const SilentGlog&) = delete;
+  SilentGlog& operator=(const SilentGlog&) = delete;
+
+ private:
+  int before_;
+};
 
 /// One thread, so that sums have one order; until a step changes nothing more.
 ceres::Solver::Summary solved(ceres::Problem& problem) {
@@ -16,9 +30,14 @@ ceres::Solver::Summary solved(ceres::Problem& problem) {
   options.function_tolerance = 1e-14;
   options.gradient_tolerance = 1e-14;
   options.parameter_tolerance = 1e-12;
+  const SilentGlog silent;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
-  if (!summary.IsSolutionUsable()) throw Error("the fit failed: " + summary.message);
+  if (!summary.IsSolutionUsable()) {
+    throw Error(
+        "the fit fails: target, bounds, scale of the loss and smoothness differ too much in size; bring them "
+        "nearer to each other");
+  }
   return summary;
 }
 
