@@ -1,11 +1,13 @@
 // tf-fit: Bezier transfer curves for Fourier volume rendering, fitted to what the user wants to see.
 //   tf-fit bone.yaml -o fitted.yaml --points 6 --volume head.nrrd
-//   tf-fit --band bone=1150:3926=1 --band skin=300:900=0.4 --band-colours 1,1,0.9:0.9,0.6,0.5 -o fitted.yaml
+//   tf-fit --band bone=1150:3926=1 --band skin=300:900=0.4 --band-colours 1,1,0.9:0.9,0.6,0.5
+//   --range=-1024,3926 -o fitted.yaml
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "base/error.h"
+#include "base/utf8.h"
 #include "cli/naming.h"
 #include "cli/options.h"
 #include "cli/run.h"
@@ -24,7 +26,8 @@ struct Options {
   std::optional<int> points;
   std::optional<double> error_below;
   std::string weight, quantity = "weight", bounds_on = "points", loss = "none", curve = "even";
-  std::vector<double> range, bounds{0, 2};
+  std::vector<double> range, bounds;
+  std::optional<double> loss_scale;
   int samples = 1024;
   fit::FitOptions fit;
 };
@@ -52,7 +55,8 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--band-colours", o.colours, "R,G,B:R,G,B ..., linear, one a band [white]")
       ->delimiter(':')
       ->group(target);
-  app.add_option("--range", o.range, "Values of v = 0 and v = 1 [of the volume, else of the target]")
+  app.add_option("--range", o.range,
+                 "Values of v = 0 and v = 1 [of the volume, else of the target file; of --band alone 0,1]")
       ->delimiter(',')
       ->expected(2)
       ->type_name("LO,HI")
@@ -79,11 +83,10 @@ void declare(CLI::App& app, Options& o) {
       ->group(curve);
   app.add_flag("--free-range", o.fit.free_range, "Fit the values of v = 0 and v = 1, too, from --range on")
       ->group(curve);
-  app.add_option("--bounds", o.bounds, "Least and largest weight")
+  app.add_option("--bounds", o.bounds, "Least and largest weight [0,2]")
       ->delimiter(',')
       ->expected(2)
       ->type_name("LO,HI")
-      ->capture_default_str()
       ->group(curve);
   app.add_option("--bounds-on", o.bounds_on,
                  "What keeps them: the control points, and so the curve; the curve alone; or none")
@@ -107,13 +110,13 @@ void declare(CLI::App& app, Options& o) {
       ->check(CLI::IsMember({"none", "huber", "cauchy"}))
       ->capture_default_str()
       ->group(error);
-  app.add_option("--loss-scale", o.fit.loss_scale,
-                 "Residual from which on a loss counts less than the square")
+  app.add_option("--loss-scale", o.loss_scale,
+                 "Residual from which on a loss counts less than the square [0.1]")
       ->check(cli::check_positive)
-      ->capture_default_str()
       ->group(error);
   app.add_option("--smoothness", o.fit.smoothness,
                  "Added to the mean square: this times the squared second differences of the points")
+      ->check(cli::check_non_negative)  // CLI::Range lets NaN pass
       ->check(CLI::Range(0.0, 1e12))
       ->capture_default_str()
       ->group(error);
@@ -147,6 +150,7 @@ Band parse_band(const std::string& word) {
            number(word.substr(colon + 1, last - colon - 1), band.hi) &&
            number(word.substr(last + 1), band.weight) && band.lo <= band.hi;
   }
+  if (!is_utf8(band.name)) throw Error("--band: a name is not UTF-8");
   if (!good) throw Error("--band " + word + ": expected [NAME=]LO:HI=WEIGHT with LO at most HI");
   return band;
 }
@@ -159,6 +163,10 @@ struct Wanted {
 
 Wanted wanted_of_bands(const Options& o) {
   Wanted wanted;
+  if (o.bands.size() > transfer::kMostCurves) {
+    throw Error("--band: at most " + std::to_string(transfer::kMostCurves) + " curves are possible, not " +
+                std::to_string(o.bands.size()));
+  }
   if (!o.colours.empty() && o.colours.size() != o.bands.size()) {
     throw Error("--band-colours: " + std::to_string(o.colours.size()) + " colours for " +
                 std::to_string(o.bands.size()) + " bands");
@@ -169,8 +177,8 @@ Wanted wanted_of_bands(const Options& o) {
                   [band](double value) { return value >= band.lo && value <= band.hi ? band.weight : 0.0; }};
     if (!o.colours.empty()) {
       target.colour = cli::parse_vec3("--band-colours", o.colours[b]);
-      if (!target.colour.allFinite() || target.colour.minCoeff() < 0) {
-        throw Error("--band-colours " + o.colours[b] + ": expected numbers that are finite and at least 0");
+      if (!target.colour.allFinite() || target.colour.minCoeff() < 0 || target.colour.maxCoeff() > 1e30) {
+        throw Error("--band-colours " + o.colours[b] + ": expected numbers from 0 to 1e30");
       }
     }
     wanted.targets.push_back(std::move(target));
@@ -212,19 +220,28 @@ Wanted wanted_of(const Options& o, cli::Record& record) {
   return o.target.empty() ? wanted_of_bands(o) : wanted_of_file(o.target, record);
 }
 
-fit::FitOptions fit_options(const Options& o) {
+fit::FitOptions fit_options(const Options& o, cli::Record& record) {
   fit::FitOptions f = o.fit;
   f.points = o.points.value_or(o.error_below ? transfer::kMostControlPoints : 6);
   f.quantity = o.quantity == "emission" ? fit::Quantity::emission : fit::Quantity::weight;
   f.bounds = o.bounds_on == "points"  ? fit::Bounds::points
              : o.bounds_on == "curve" ? fit::Bounds::curve
                                       : fit::Bounds::none;
-  f.least = o.bounds[0];
-  f.most = o.bounds[1];
+  if (!o.bounds.empty()) {
+    if (f.bounds == fit::Bounds::none) throw Error("--bounds: --bounds-on none keeps none");
+    f.least = o.bounds[0];
+    f.most = o.bounds[1];
+  }
   if (!(f.least < f.most) || !std::isfinite(f.most - f.least)) {
     throw Error("--bounds: two numbers are expected, the first below the second");
   }
   f.loss = o.loss == "huber" ? fit::Loss::huber : o.loss == "cauchy" ? fit::Loss::cauchy : fit::Loss::none;
+  if (o.loss_scale) {
+    if (f.loss == fit::Loss::none) throw Error("--loss-scale is for --loss huber or cauchy");
+    f.loss_scale = *o.loss_scale;
+  }
+  if (f.bounds != fit::Bounds::none) record.resolved("bounds", {f.least, f.most});
+  if (f.loss != fit::Loss::none) record.resolved("loss-scale", f.loss_scale);
   f.parametric = o.curve == "parametric";
   return f;
 }
@@ -243,6 +260,17 @@ fit::Samples samples_of(const Options& o, Wanted& wanted, cli::Record& record) {
     return record.timed("histogram",
                         [&] { return fit::histogram_samples(volume, wanted.range, o.samples, weighting); });
   });
+}
+
+/// A band without a sample would be fitted by nothing: more often it is a wrong number.
+void require_samples(const std::string& word, const fit::Samples& samples) {
+  const Band band = parse_band(word);
+  const auto within = [&](double value) { return value >= band.lo && value <= band.hi; };
+  if (std::any_of(samples.value.begin(), samples.value.end(), within)) return;
+  char text[120];
+  std::snprintf(text, sizeof text, ": none of the %zu values that count, %.6g to %.6g, lies in it",
+                samples.value.size(), samples.value.front(), samples.value.back());
+  throw Error("--band " + word + text + "; see --range and --samples");
 }
 
 void report(const fit::Fit& found, const std::vector<Target>& targets, cli::Record& record) {
@@ -269,7 +297,7 @@ void report(const fit::Fit& found, const std::vector<Target>& targets, cli::Reco
   record.error("residual_largest", worst.largest);
   record.count("points", points);
   record.count("iterations", found.iterations);
-  if (found.rank < points) {
+  if (found.rank < points && found.method == "qr") {
     record.warn("rank " + std::to_string(found.rank) + " of " + std::to_string(points) +
                 ": many curves are as near, of their control points the shortest were taken");
   }
@@ -285,18 +313,14 @@ int work(const Options& o, cli::Record& record) {
     throw Error(o.output.string() + ": a transfer function goes to a .yaml file, or to - (standard output)");
   }
   io::require_writable(o.output);
-  const fit::FitOptions f = fit_options(o);  // wrong words are answered before a large file is read
+  const fit::FitOptions f = fit_options(o, record);  // wrong words are answered before a large file is read
   Wanted wanted = wanted_of(o, record);
   const fit::Samples samples = samples_of(o, wanted, record);
   record.resolved("range", {wanted.range.min, wanted.range.max});
   std::vector<std::vector<double>> targets;
   for (std::size_t t = 0; t < wanted.targets.size(); ++t) {
     targets.push_back(samples.targets(wanted.targets[t].weight));
-    const auto none = [](double weight) { return weight == 0; };
-    if (!o.bands.empty() && parse_band(o.bands[t]).weight != 0 &&
-        std::all_of(targets.back().begin(), targets.back().end(), none)) {
-      record.warn("--band " + o.bands[t] + ": no value that counts lies in it");
-    }
+    if (!o.bands.empty()) require_samples(o.bands[t], samples);
   }
   const fit::Fit found = record.repeated("fit", [&] {
     return o.error_below ? fit::fit_within(samples, targets, f, *o.error_below)
