@@ -132,6 +132,36 @@ TEST(Bounds, OfTheCurveAloneAreKeptAndOptimal) {
   }
 }
 
+// The problem is as large as its numbers: target and bounds times s make the curve times s. The curve may
+// leave its bounds by 1e-9 of their extent, and the points, by which a curve of 12 points is reached with a
+// condition of about 1e3, differ by as much more; what it misses hardly does.
+TEST(Bounds, OfTheCurveScaleWithTheTarget) {
+  const Samples samples = uniform_samples({0, 1}, 200);
+  for (const int n : {6, 12}) {
+    const auto rms = [&](double s, double most) {
+      FitOptions o;
+      o.points = n;
+      o.bounds = Bounds::curve;
+      o.most = most;
+      std::vector<double> target;
+      for (const double v : samples.v) target.push_back(s * stepped(v));
+      const Fit fit = fit_bezier(samples, {target}, o);
+      double out = 0;
+      for (int i = 0; i <= 5000; ++i) {
+        const double value = fit.curves[0].value(i / 5000.0);
+        out = std::max({out, o.least - value, value - o.most});
+      }
+      EXPECT_EQ(fit.method, "exchange") << n << " " << s;
+      EXPECT_LE(out / s, 1e-8) << n << " " << s;
+      return fit.residuals[0].rms / s;
+    };
+    const double once = rms(1, 1.2);
+    for (const double s : {1e-8, 1e-4, 1e4, 1e8}) EXPECT_NEAR(rms(s, 1.2 * s), once, 1e-7) << n << " " << s;
+    const double wide = rms(1, 10);  // the lower bound alone is in the way
+    EXPECT_NEAR(rms(1, 1e10), wide, 1e-7) << n;
+  }
+}
+
 TEST(Bounds, OfTheCurveNeedAProblemOfFullRank) {
   Samples samples;
   samples.range = {0, 1};

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/error.h"
 #include "curves.h"
 #include "fit/cost_functions.h"
 
@@ -11,9 +12,9 @@ namespace {
 
 using namespace fit_test;
 
-/// Ceres' own check, derivatives against Ridders' differences: to 1e-7 of the largest of a block, because
-/// those far below it, 1e-9 and less, are lost in the rounding of the residuals' differences.
-void check(const ceres::CostFunction& cost, const std::vector<std::vector<double>>& blocks) {
+/// By how much derivatives are off at most, in parts of the largest of their block: Ceres' own check, against
+/// Ridders' differences.
+double wrong_by(const ceres::CostFunction& cost, const std::vector<std::vector<double>>& blocks) {
   const std::vector<const ceres::Manifold*> manifolds(blocks.size(), nullptr);
   ceres::NumericDiffOptions options;
   options.ridders_relative_initial_step_size = 1e-3;
@@ -22,15 +23,43 @@ void check(const ceres::CostFunction& cost, const std::vector<std::vector<double
   for (const auto& block : blocks) parameters.push_back(block.data());
   ceres::GradientChecker::ProbeResults results;
   (void)checker.Probe(parameters.data(), 1e-7, &results);
-  ASSERT_TRUE(results.return_value) << results.error_log;
+  EXPECT_TRUE(results.return_value) << results.error_log;
+  double worst = 0;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
-    const double largest = results.numeric_jacobians[b].cwiseAbs().maxCoeff();
-    EXPECT_LE((results.jacobians[b] - results.numeric_jacobians[b]).cwiseAbs().maxCoeff(),
-              1e-7 * largest + 1e-12)
-        << "block " << b << " of " << blocks[0].size() << " points\n"
-        << results.error_log;
+    const double largest = results.numeric_jacobians[b].cwiseAbs().maxCoeff(),
+                 off = (results.jacobians[b] - results.numeric_jacobians[b]).cwiseAbs().maxCoeff();
+    worst = std::max(worst, off / (largest + 1e-5));
   }
+  return worst;
 }
+
+/// Those far below a block's largest, 1e-9 and less, are lost in the rounding of the residuals' differences.
+constexpr double kRight = 1e-7;
+
+void check(const ceres::CostFunction& cost, const std::vector<std::vector<double>>& blocks) {
+  EXPECT_LE(wrong_by(cost, blocks), kRight)
+      << blocks.size() << " blocks, of " << blocks[0].size() << " points";
+}
+
+/// Another cost with one of its derivatives wrong.
+class WrongCost final : public ceres::CostFunction {
+ public:
+  WrongCost(const ceres::CostFunction& right, std::size_t block, std::size_t entry, double factor)
+      : right_(right), block_(block), entry_(entry), factor_(factor) {
+    set_num_residuals(right.num_residuals());
+    *mutable_parameter_block_sizes() = right.parameter_block_sizes();
+  }
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    if (!right_.Evaluate(parameters, residuals, jacobians)) return false;
+    if (jacobians && jacobians[block_]) jacobians[block_][entry_] *= factor_;
+    return true;
+  }
+
+ private:
+  const ceres::CostFunction& right_;
+  std::size_t block_, entry_;
+  double factor_;
+};
 
 TEST(Derivatives, AreThoseOfTheResiduals) {
   Rng rng(41);
@@ -53,6 +82,27 @@ TEST(Derivatives, AreThoseOfTheResiduals) {
       check(CurveCost(samples, target, o, Unknowns::abscissae, 0, 23, true),
             {points, random_points(rng, n - 1, 0.8, 1.4)});
       if (n > 2) check(SmoothnessCost(n, 0.7), {points});
+    }
+  }
+}
+
+// The check sees what it is for: one derivative in each block that is off by a thousandth of itself.
+TEST(Derivatives, AWrongOneIsCaught) {
+  Rng rng(59);
+  const Samples samples = uniform_samples({0, 1}, 23);
+  const std::vector<double> target(23, 0.4);
+  FitOptions o;
+  o.points = 6;
+  const auto points = random_points(rng, 6, 0.5, 2);
+  for (const auto unknowns : {Unknowns::range, Unknowns::abscissae}) {
+    const CurveCost right(samples, target, o, unknowns, 0, 23, true);
+    const std::vector<std::vector<double>> blocks{points, unknowns == Unknowns::range
+                                                              ? std::vector<double>{-0.21, 1.7}
+                                                              : random_points(rng, 5, 0.8, 1.4)};
+    check(right, blocks);
+    for (std::size_t block = 0; block < 2; ++block) {
+      const std::size_t entry = 11 * blocks[block].size();  // the first of the middle sample
+      EXPECT_GT(wrong_by(WrongCost(right, block, entry, 1.001), blocks), kRight) << block;
     }
   }
 }
@@ -129,6 +179,51 @@ TEST(Loss, BoundedFitsSatisfyTheOptimalityConditions) {
       EXPECT_GT(p[i] < o.most ? gradient[i] : 0, -1e-5) << o.points << " " << i;
     }
   }
+}
+
+// A scale that nothing but rounding is below, and one whose square is 0, are refused; a small one is none of
+// them.
+TEST(Loss, ScalesBelowRoundingAreRefused) {
+  const Samples samples = uniform_samples({0, 1}, 40);
+  std::vector<double> target, far;
+  for (const double v : samples.v) {
+    target.push_back(stepped(v));
+    far.push_back(1e20 * stepped(v));
+  }
+  for (const auto loss : {Loss::huber, Loss::cauchy}) {
+    FitOptions o;
+    o.loss = loss;
+    for (const double scale : {1e-200, 1e-13, 1e200, 0.0, std::nan("")}) {
+      o.loss_scale = scale;
+      EXPECT_THROW((void)fit_bezier(samples, {target}, o), Error) << scale;
+    }
+    o.loss_scale = 1e-200;
+    EXPECT_THROW((void)fit_bezier(samples, {std::vector<double>(40, 0.0)}, o), Error);
+    o.loss_scale = 1e-6;
+    EXPECT_THROW((void)fit_bezier(samples, {far}, o), Error);
+    const Fit fit = fit_bezier(samples, {target}, o);
+    EXPECT_TRUE(std::isfinite(fit.residuals[0].rms));
+    EXPECT_LT(fit.residuals[0].rms, 2);
+  }
+}
+
+// What Ceres cannot solve is an error of ours, and nothing that its logging writes itself.
+TEST(Ceres, FailsInSilence) {
+  const Samples samples = uniform_samples({0, 1}, 20);
+  const std::vector<std::vector<double>> targets{
+      std::vector<double>(20, std::nan(""))};  // fit_bezier() refuses it
+  FitOptions o;
+  o.points = 3;
+  Nonlinear state{{Eigen::VectorXd::Zero(3)}, {}, 0, 0};
+  testing::internal::CaptureStderr();
+  std::string said;
+  try {
+    improve(samples, targets, o, state);
+  } catch (const Error& error) {
+    said = error.what();
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_NE(said.find("the fit fails"), std::string::npos) << said;
 }
 
 // Some samples far off: the squares follow them, the robust losses hardly do.

@@ -14,6 +14,12 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
   return most;
 }
 
+/// Of the matrix itself, not of the fit's triangle.
+double condition_of(const Eigen::MatrixXd& a) {
+  const Eigen::VectorXd singular = Eigen::BDCSVD<Eigen::MatrixXd>(a).singularValues();
+  return singular[0] / singular[singular.size() - 1];
+}
+
 // A curve that is itself Bezier of N points comes back. The matrix has a condition of about sqrt(C(2N-1,
 // N-1)), 2e4 for N = 16 and 5e5 for 21, which times eps, 2e-16, and the roundings of a few hundred sums makes
 // 1e-10 and 1e-9.
@@ -59,7 +65,8 @@ TEST(Recovery, WithAHistogramTheWeightedCurveComesBack) {
     o.points = n;
     const auto target = on_curve(samples, points);
     const Fit fit = fit_bezier(samples, {target}, o);
-    EXPECT_LE(largest_difference(fit.curves[0].ordinates(), points), 100 * fit.condition * 2.3e-16 + 1e-14)
+    EXPECT_LE(largest_difference(fit.curves[0].ordinates(), points),
+              100 * condition_of(written_out(samples, n)) * 2.3e-16 + 1e-14)
         << n;
     EXPECT_LT(fit.residuals[0].rms, 1e-12) << n;
   }
@@ -80,10 +87,10 @@ TEST(Recovery, UnconstrainedFitsAreTheWeightedLeastSquaresSolution) {
     const Eigen::MatrixXd a = written_out(samples, n);
     const Eigen::BDCSVD<Eigen::MatrixXd> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
     const Eigen::VectorXd truth = svd.solve(weighted(samples, target));
-    const Eigen::VectorXd singular = svd.singularValues();
-    EXPECT_NEAR(fit.condition / (singular[0] / singular[n - 1]), 1, 1e-6) << n;
+    const double condition = condition_of(a);
+    EXPECT_NEAR(fit.condition / condition, 1, 1e-6) << n;
     // Sensitivity of a least squares solution with a residual: up to condition^2 eps.
-    const double tolerance = 1e-12 + 10 * fit.condition * fit.condition * 2.3e-16;
+    const double tolerance = 1e-12 + 10 * condition * condition * 2.3e-16;
     for (int i = 0; i < n; ++i)
       EXPECT_NEAR(fit.curves[0].ordinates()[static_cast<std::size_t>(i)], truth[i], tolerance);
   }
@@ -158,8 +165,25 @@ TEST(Recovery, WhatCannotBeFittedIsRefused) {
   o.least = 2;
   EXPECT_THROW((void)fit_bezier(samples, {target}, o), Error);
   o.least = 0;
+  o.smoothness = std::nan("");
+  EXPECT_THROW((void)fit_bezier(samples, {target}, o), Error);
+  o.smoothness = 0;
   o.free_range = o.parametric = true;
   EXPECT_THROW((void)fit_bezier(samples, {target}, o), Error);
+}
+
+// Also where no number of points is tried.
+TEST(Recovery, TheFewestPointsAreRefusedForWhatIsWrong) {
+  const Samples samples = uniform_samples({0, 1}, 10);
+  FitOptions o;
+  o.parametric = true;
+  o.points = 1;
+  try {
+    (void)fit_within(samples, {std::vector<double>(10, 1.0)}, o, 1);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("abscissae"), std::string::npos) << error.what();
+  }
 }
 
 }  // namespace

@@ -27,6 +27,25 @@ TEST(Samples, IntegersCountAtTheirOwnValues) {
   EXPECT_DOUBLE_EQ(logarithmic.weight[1] / logarithmic.weight[0], std::log(4) / std::log(2));
 }
 
+// A band of one integer has that integer, whatever v and the range make of it: (k - min)/(max - min) and back
+// misses it for some k.
+TEST(Samples, IntegersAreWithinTheBandsThatEndAtThem) {
+  for (const auto& [least, most] : {std::pair{0, 2000}, {-100, 200}}) {
+    std::vector<double> values;
+    for (int k = least; k <= most; ++k) values.push_back(k);
+    const auto samples = histogram_samples(volume_of<std::int16_t>(values), {double(least), double(most)}, 16,
+                                           Weighting::histogram);
+    int rounded = 0;
+    for (int k = least; k <= most; ++k) {
+      const auto within = samples.targets([k](double value) { return value >= k && value <= k ? 1.0 : 0.0; });
+      const auto i = static_cast<std::size_t>(k - least);
+      ASSERT_EQ(within[i], 1) << k;
+      if (least + samples.v[i] * (most - least) != k) ++rounded;
+    }
+    EXPECT_GT(rounded, 0);  // or v would do
+  }
+}
+
 TEST(Samples, OtherNumbersCountInBins) {
   const auto samples =
       histogram_samples(volume_of<float>({0.1, 0.2, 0.9, 5}), {0, 1}, 2, Weighting::histogram);
