@@ -223,28 +223,46 @@ render::RenderResult drawn(const volume::Volume& volume, const render::Scene& sc
   return record.repeated("render", [&] { return cast(volume, *prepared, scene, o, surfaces, index); });
 }
 
-/// The X-ray of the field weighted by Bezier curves, of grey ones one picture, of colours one a channel.
-/// \param volume  its voxels are given up where one picture does
-render::RenderResult cast_weighted(volume::Volume& volume, const transfer::BezierTransfer& bezier,
-                                   const render::Scene& scene, const Options& o, cli::SurfaceSet& surfaces,
-                                   const index::IndexVolume* index, cli::Record& record) {
-  const auto weighted = [&](int channel) {
-    return record.timed("weight", [&] { return render::weighted_volume(volume, bezier, channel); });
-  };
-  if (bezier.grey()) {
-    volume = weighted(0);
-    return drawn(volume, scene, o, surfaces, index, record);
-  }
-  render::RenderResult result = drawn(weighted(0), scene, o, surfaces, index, record);
-  for (int c = 1; c < 3; ++c) {
-    const render::RenderResult one = drawn(weighted(c), scene, o, surfaces, index, record);
-    for (int y = 0; y < one.image.height; ++y) {
-      for (int x = 0; x < one.image.width; ++x) result.image.at(x, y, c) = one.image.at(x, y, c);
+/// Puts one picture's X-ray into a channel of another's; what was done for it and may be wrong is added.
+void add_channel(render::RenderResult& result, const render::RenderResult& one, int channel) {
+  const auto samples = one.image.channel("samples"), error = one.image.channel("error");
+  for (int y = 0; y < one.image.height; ++y) {
+    for (int x = 0; x < one.image.width; ++x) {
+      result.image.at(x, y, channel) = one.image.at(x, y, channel);
+      if (samples) result.image.at(x, y, *samples) += one.image.at(x, y, *samples);
+      if (error) {
+        float& most = result.image.at(x, y, *error);
+        most = std::max(most, one.image.at(x, y, *error));
+      }
     }
-    result.counts += one.counts;
-    result.error_estimate = std::max(result.error_estimate, one.error_estimate);
   }
-  return result;
+  result.counts += one.counts;
+  result.error_estimate = std::max(result.error_estimate, one.error_estimate);
+}
+
+/// The X-ray of the field weighted by Bezier curves, of grey ones one picture, of colours one a channel. A
+/// phase is all channels' work, and so are the counts and the picture's samples.
+/// \param volume  given up
+render::RenderResult cast_weighted(volume::Volume volume, const transfer::BezierTransfer& bezier,
+                                   const render::Scene& scene, const Options& o,
+                                   const cli::SurfaceSet& surfaces, cli::Record& record) {
+  const int channels = bezier.grey() ? 1 : 3;
+  std::vector<volume::Volume> weighted;  // none moves once there is something prepared for it
+  record.timed("weight", [&] {
+    for (int c = 0; c < channels; ++c) weighted.push_back(render::weighted_volume(volume, bezier, c));
+  });
+  volume = {};
+  std::vector<std::unique_ptr<const Prepared>> prepared;
+  record.timed("prepare", [&] {
+    for (const auto& w : weighted) prepared.push_back(std::make_unique<const Prepared>(w, scene, o, nullptr));
+  });
+  return record.repeated("render", [&] {
+    render::RenderResult result = cast(weighted[0], *prepared[0], scene, o, surfaces, nullptr);
+    for (std::size_t c = 1; c < weighted.size(); ++c) {
+      add_channel(result, cast(weighted[c], *prepared[c], scene, o, surfaces, nullptr), static_cast<int>(c));
+    }
+    return result;
+  });
 }
 
 /// The index of the field as the scene's transfer function shows it (vol-index --scene), for the step asked
@@ -337,6 +355,15 @@ int work(Options& o, cli::Record& record) {
   if (o.surfaces.any() && file.scene.model != render::Model::composite) {
     throw Error("--isovalue and --mesh: the model must be composite");
   }
+  const bool weighted = file.bezier && file.scene.model == render::Model::xray;
+  if (!o.transfer.empty() && file.scene.model != render::Model::composite && !weighted) {
+    throw Error("--transfer: " + std::string(file.scene.model == render::Model::xray
+                                                 ? "xray is weighted by Bezier curves alone (tf-fit)"
+                                                 : "mip takes no transfer function"));
+  }
+  if (weighted && !o.index.empty()) {
+    throw Error("--index: its bound is for the field itself, not for an X-ray weighted by Bezier curves");
+  }
   surfaces.load(record);
   if (!o.scene.empty()) record.input(o.scene);
   if (!o.transfer.empty()) record.input(o.transfer);
@@ -376,10 +403,9 @@ int work(Options& o, cli::Record& record) {
   record.resolved("reconstruction", render::name(o.render.reconstruction));
   if (o.render.max_error == 0) record.resolved("step_world", o.render.step);
 
-  const bool weighted = file.bezier && scene.model == render::Model::xray;
   if (weighted) record.resolved("transfer", io::to_json(*file.bezier));
   const index::IndexVolume* const guide = index ? &*index : nullptr;
-  auto result = weighted ? cast_weighted(volume, *file.bezier, scene, o, surfaces, guide, record)
+  auto result = weighted ? cast_weighted(std::move(volume), *file.bezier, scene, o, surfaces, record)
                          : drawn(volume, scene, o, surfaces, guide, record);
   report(result, o, record);
   if (o.render.max_error > 0 && !(result.error_estimate <= o.render.max_error)) {

@@ -56,6 +56,31 @@ for view in 0,0 30,20; do
   fvr-slice more.nrrd -o same.exr --transfer tissue.yaml --size 90x70 --view=$view || fail "fvr-slice: status $?"
   differs same.exr fvr.exr max=1e-4
 done
+# The curves' file is an input of the spectra; spectra without the curves' range are taken at their word, which is said.
+vol-fft one.nrrd -o tissue.nrrd --bezier tissue.yaml --compensate es:8 --stats spectra.json || fail "vol-fft: status $?"
+[ "$(grep -c '"path": "tissue.yaml"' spectra.json)" = 1 ] || fail "tissue.yaml is no input: $(grep path spectra.json)"
+LC_ALL=C sed '/^precis.bezier_range/d' tissue.nrrd >unsaid.nrrd
+fvr-slice unsaid.nrrd -o unsaid.exr --transfer tissue.yaml --size 9x7 --quiet 2>err || fail "spectra without a range: status $?"
+grep -q "warning: .* do not say" err || fail "no word of spectra without a range: $(cat err)"
+fvr-slice tissue.nrrd -o said.exr --transfer tissue.yaml --size 9x7 --quiet 2>err && [ ! -s err ] || fail "spectra with their range: $(cat err)"
+# Three channels are one picture: timed together as often as asked for, their samples added up.
+samples_of() { # TRANSFER: of a picture whose every ray takes all samples
+  vol-raycast one.nrrd -o counted.exr --model xray --transfer "$1" --size 24x18 --repeat 2 --no-skip --stats counted.json --quiet \
+    --samples-output counted.png || fail "vol-raycast: status $?"
+  [ "$(sed -n '/"render": \[/,/\]/p' counted.json | grep -c '[0-9]')" = 2 ] || fail "times of $1: $(sed -n '/"phases"/,/}/p' counted.json)"
+}
+printf 'range: [0, 1]\nbezier: [0, 1]\n' >plain.yaml
+samples_of plain.yaml
+once=$(figure counted.json samples) most=$(figure counted.json samples_largest)
+samples_of tissue.yaml
+[ "$(figure counted.json samples)" = $((3 * once)) ] || fail "$(figure counted.json samples) samples, not three times $once"
+LC_ALL=C awk -v a="$(figure counted.json samples_largest)" -v b="$most" 'BEGIN { exit !(a == 3 * b) }' || fail "samples of the picture: not three times $most"
+# Refused, not passed over.
+refused "--transfer" vol-raycast one.nrrd -o missed.exr --model mip --transfer tissue.yaml
+printf 'colours: [[0, 0, 0, 0], [1, 1, 1, 1]]\nopacity: [[0, 0], [1, 1]]\n' >opacity.yaml
+refused "--transfer" vol-raycast one.nrrd -o missed.exr --model xray --transfer opacity.yaml
+vol-index one.nrrd -o index.nrrd --quiet || fail "vol-index: status $?"
+refused "--index" vol-raycast one.nrrd -o missed.exr --model xray --transfer tissue.yaml --index index.nrrd
 img-compare fvr.exr ray.exr --channel R --json --metric max >/dev/null || fail "no channel R"
 # The same as by hand.
 tf-fit --band 0.2:0.6=0.8 --volume one.nrrd -o grey.yaml --points 4 --quiet || fail "status $?"
@@ -103,8 +128,18 @@ vol-phantom ramp --dims 4x4x4 -o - | vol-convert - -o constant.nrrd --scale 0,7 
 refused "constant.nrrd" tf-fit step.csv --volume constant.nrrd -o missed.yaml
 tf-fit step.csv --volume constant.nrrd --range 0,10 -o deficient.yaml --points 4 --quiet 2>err || fail "one value: status $?"
 grep -q "rank 1 of 4" err || fail "no word of the rank: $(cat err)"
-tf-fit --band 5:6=1 --range 0,1 -o away.yaml --quiet 2>err || fail "band beyond the range: status $?"
-grep -q "no value that counts" err || fail "no word of a band beyond the range: $(cat err)"
+refused "--band 5:6=1: none of the" tf-fit --band 5:6=1 --range 0,1 -o missed.yaml
+refused "5:6=1" tf-fit --band 0:1=1 --band 5:6=1 --range 0,10 --samples 4 -o missed.yaml
+# A band of one value of a volume of integers has it, also where (k - min)/(max - min) is rounded.
+vol-phantom ramp --dims 101x2x2 -o - | vol-convert - -o hundred.nrrd --scale 100,0 --type u8 || exit 2
+vol-info hundred.nrrd --json | grep -q . || exit 2
+for value in 7 14 28 29 55 56 57 58; do
+  tf-fit --band $value:$value=1 --volume hundred.nrrd -o one-value.yaml --quiet || fail "band of the value $value: status $?"
+done
+# Of points at their bounds no other solution is told.
+tf-fit --band 0:10=9 --volume constant.nrrd --range 0,10 -o deficient.yaml --points 4 --stats held.json --quiet 2>err || fail "status $?"
+grep -q '"method": "active-set"' held.json || fail "not at bounds: $(grep method held.json)"
+! grep -q rank err || fail "a word of shortest solutions at bounds: $(cat err)"
 refused "21" tf-fit step.csv -o missed.yaml --points 22
 refused "RMS" tf-fit step.csv -o missed.yaml --error-below 1e-9
 refused "target" tf-fit -o missed.yaml
@@ -114,6 +149,19 @@ refused "LO:HI" tf-fit --band 0:1=nan -o missed.yaml
 refused "colours" tf-fit --band 0:1=1 --band-colours 1,1,1:0,0,0 -o missed.yaml
 refused "--volume" tf-fit step.csv --weight histogram -o missed.yaml
 refused "--bounds" tf-fit step.csv --bounds 2,0 -o missed.yaml
+refused "--bounds" tf-fit step.csv --bounds 0,1 --bounds-on none -o missed.yaml
+refused "--loss-scale" tf-fit step.csv --loss-scale 0.2 -o missed.yaml
+refused "scale of the loss" tf-fit step.csv --loss cauchy --loss-scale 1e-200 -o missed.yaml
+refused "--smoothness" tf-fit step.csv --smoothness nan -o missed.yaml
+refused "64 curves" tf-fit $(for i in $(seq 65); do echo "--band 0:0.$((100 + i))=1"; done) -o missed.yaml
+refused "1e30" tf-fit --band 0:1=1 --band-colours 1e31,0,0 -o missed.yaml
+refused "UTF-8" tf-fit --band $'Z\xe4hne=0:1=1' -o missed.yaml
+printf 'bezier: [{name: "Z\xe4hne", points: [1]}]\n' >latin.yaml
+refused "latin.yaml: line 1" tf-fit latin.yaml -o missed.yaml
+refused "latin.yaml: line 1" vol-fft one.nrrd -o missed.nrrd --bezier latin.yaml
+# What Ceres could not solve is refused before, in one line.
+refused "scale of the loss" tf-fit --band 0.477:0.833=1e20 --points 6 --samples 7 --free-range --loss huber --loss-scale 1e-9 \
+  --smoothness 1e6 -o missed.yaml
 refused "exclude" tf-fit step.csv --free-range --curve parametric -o missed.yaml
 refused "missed.txt" tf-fit step.csv -o missed.txt
 tf-fit step.csv -o curved.yaml --points 5 --curve parametric --quiet || fail "status $?"
