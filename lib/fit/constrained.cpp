@@ -167,6 +167,7 @@ VectorXd solve_scaled(const Triangle& problem, double least, double most) {
     e.topRightCorner(n, m) = -g;
     e.row(n).head(m) = (VectorXd::Constant(m, least) - at_origin).transpose();
     e.row(n).tail(m) = (at_origin - VectorXd::Constant(m, most)).transpose();
+    e.colwise().normalize();  // no matter to u >= 0, but a bound far away must not hide the others in its rounding
     VectorXd f = VectorXd::Zero(n + 1);
     f[n] = 1;
     const VectorXd residual = e * non_negative(e, f) - f;

@@ -79,7 +79,7 @@ LC_ALL=C awk -v a="$(figure counted.json samples_largest)" -v b="$most" 'BEGIN {
 refused "--transfer" vol-raycast one.nrrd -o missed.exr --model mip --transfer tissue.yaml
 printf 'colours: [[0, 0, 0, 0], [1, 1, 1, 1]]\nopacity: [[0, 0], [1, 1]]\n' >opacity.yaml
 refused "--transfer" vol-raycast one.nrrd -o missed.exr --model xray --transfer opacity.yaml
-vol-index one.nrrd -o index.nrrd --quiet || fail "vol-index: status $?"
+vol-dwt one.nrrd -o one.vdb --levels 1 --quiet && vol-index one.vdb -o index.nrrd --quiet || fail "vol-index: status $?"
 refused "--index" vol-raycast one.nrrd -o missed.exr --model xray --transfer tissue.yaml --index index.nrrd
 img-compare fvr.exr ray.exr --channel R --json --metric max >/dev/null || fail "no channel R"
 # The same as by hand.
@@ -129,7 +129,7 @@ refused "constant.nrrd" tf-fit step.csv --volume constant.nrrd -o missed.yaml
 tf-fit step.csv --volume constant.nrrd --range 0,10 -o deficient.yaml --points 4 --quiet 2>err || fail "one value: status $?"
 grep -q "rank 1 of 4" err || fail "no word of the rank: $(cat err)"
 refused "--band 5:6=1: none of the" tf-fit --band 5:6=1 --range 0,1 -o missed.yaml
-refused "5:6=1" tf-fit --band 0:1=1 --band 5:6=1 --range 0,10 --samples 4 -o missed.yaml
+refused "5:6=1" tf-fit --band 1:2=1 --band 5:6=1 --range 0,10 --samples 4 -o missed.yaml
 # A band of one value of a volume of integers has it, also where (k - min)/(max - min) is rounded.
 vol-phantom ramp --dims 101x2x2 -o - | vol-convert - -o hundred.nrrd --scale 100,0 --type u8 || exit 2
 vol-info hundred.nrrd --json | grep -q . || exit 2
