@@ -87,7 +87,7 @@ def plot_residuals(found, folder):
                           label=f"{f['dataset']}, {target}")
     axes.set_xlabel("control points N")
     axes.set_ylabel("RMS residual of the weight")
-    axes.legend(fontsize=7)
+    axes.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.01, 1), borderaxespad=0)  # beside the curves, not over them
     axes.grid(True, which="both", linewidth=0.2)
     save(figure, folder, "residual")
 
