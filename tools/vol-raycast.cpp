@@ -16,6 +16,7 @@
 #include "cli/surface_options.h"
 #include "cli/volume_input.h"
 #include "image/difference.h"
+#include "image/exposure.h"
 #include "index/build_index.h"
 #include "index/classify.h"
 #include "io/index.h"
@@ -338,13 +339,7 @@ void write_samples(const image::Image& picture, const Options& o, cli::Record& r
 double exposure_of(const image::Image& picture, const render::Scene& scene, const Options& o) {
   if (o.exposure) return *o.exposure;
   if (scene.model == render::Model::composite) return 1;
-  float largest = 0;
-  for (int y = 0; y < picture.height; ++y) {
-    for (int x = 0; x < picture.width; ++x) {
-      for (int c = 0; c < 3; ++c) largest = std::max(largest, picture.at(x, y, c));
-    }
-  }
-  return largest > 0 ? 1 / double(largest) : 1;
+  return image::exposure_to_white(picture);
 }
 
 int work(Options& o, cli::Record& record) {

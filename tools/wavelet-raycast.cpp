@@ -13,6 +13,7 @@
 #include "cli/naming.h"
 #include "cli/options.h"
 #include "cli/run.h"
+#include "image/exposure.h"
 #include "io/scene.h"
 #include "io/vdb.h"
 #include "io/volume.h"
@@ -132,15 +133,6 @@ void limit_detail(wavelet::Decomposition<T>& d, const Options& o, cli::Record& r
   if (!o.levels.empty() || rejection.any()) record.result("norm_not_drawn", not_drawn);
 }
 
-double exposure_of(const image::Image& picture, const Options& o) {
-  if (o.exposure) return *o.exposure;
-  float largest = 0;
-  for (int y = 0; y < picture.height; ++y) {
-    for (int x = 0; x < picture.width; ++x) largest = std::max(largest, picture.at(x, y, 0));
-  }
-  return largest > 0 ? 1 / double(largest) : 1;
-}
-
 int work(Options& o, cli::Record& record) {
   io::require_image_format(o.output, o.format);
   io::SceneFile file = o.scene.empty() ? io::SceneFile{} : io::read_scene(o.scene);
@@ -182,7 +174,7 @@ int work(Options& o, cli::Record& record) {
   for (const auto& [key, value] : record.provenance()) result.image.attributes[key] = value;
   const Vec3& b = file.scene.background;
   result.image.attributes["precis.background"] = nlohmann::json{b[0], b[1], b[2]}.dump();
-  const double exposure = exposure_of(result.image, o);
+  const double exposure = o.exposure ? *o.exposure : image::exposure_to_white(result.image);
   record.timed("write", [&] {
     io::write_image(o.output, result.image, o.format, {b[0], b[1], b[2]}, exposure);
   });

@@ -10,6 +10,7 @@
 #include "cli/options.h"
 #include "fourier/models.h"
 #include "fourier/projection.h"
+#include "image/exposure.h"
 #include "io/file.h"
 #include "io/png.h"
 #include "io/scene.h"
@@ -418,12 +419,7 @@ void fvr_pictures(const FvrOptions& o, const fourier::SpectrumInfo& info, const 
       image::Image image = image_of(pictures[i - first], size[0], size[1]);
       for (const auto& [key, value] : record.provenance()) image.attributes[key] = value;
       image.attributes["precis.view"] = nlohmann::json{views[i].view.azimuth, views[i].view.elevation}.dump();
-      if (exposure == 0) {
-        float largest = 0;
-        for (const auto& plane : pictures[i - first])
-          largest = std::max(largest, *std::max_element(plane.begin(), plane.end()));
-        exposure = largest > 0 ? 1.0 / largest : 1.0;
-      }
+      if (exposure == 0) exposure = image::exposure_to_white(image);
       record.timed("write", [&] {
         if (is_png(views[i], o.format)) {
           io::write_png(views[i].output, image, {.scale = exposure});

@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "base/error.h"
+#include "image/exposure.h"
 #include "image/image.h"
 
 namespace vol::image {
@@ -17,6 +20,20 @@ TEST(Image, SizesAreChecked) {
   EXPECT_THROW(Image(0, 3, {"Y"}), Error);
   EXPECT_THROW(Image(100000, 3, {"Y"}), Error);
   EXPECT_THROW(Image(4, 3, {}), Error);
+}
+
+TEST(Image, ExposureMakesTheLargestColourWhite) {
+  Image im(3, 2, {"A", "R", "G", "B", "depth"});
+  EXPECT_EQ(exposure_to_white(im), 1);    // black stays black
+  im.at(0, 0, 0) = im.at(0, 0, 4) = 100;  // no colours
+  im.at(2, 1, 1) = -8;
+  im.at(2, 0, 2) = 0.25F;
+  im.at(1, 1, 3) = 4;
+  EXPECT_EQ(exposure_to_white(im), 0.25);
+  im.at(1, 0, 1) = std::numeric_limits<float>::infinity();
+  im.at(0, 1, 2) = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(exposure_to_white(im), 0.25);
+  EXPECT_THROW((void)exposure_to_white(Image(3, 2, {"Y"})), Error);
 }
 
 }  // namespace
