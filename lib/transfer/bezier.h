@@ -66,8 +66,7 @@ struct BezierTransfer {
   std::vector<BezierBand> bands;
 
   /// \throws vol::Error without bands, more than kMostCurves, a range without extent, a colour that is
-  /// negative,
-  ///         beyond 1e30 or not finite, a name that is not UTF-8
+  ///         negative, beyond 1e30 or not finite, a name that is not UTF-8
   void validate() const;
   [[nodiscard]] double scaled(double value) const;
   /// v sum_b colour_b[channel] B_b(v) of a data value.

@@ -7,30 +7,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <map>
 
 #include "base/parallel.h"
-#include "base/rng.h"
 #include "base/timer.h"
+#include "noise_cube.h"
 #include "wavelet/dwt.h"
 #include "wavelet/significance.h"
 
 namespace {
 
 using namespace vol;
-
-const volume::Volume& cube(std::int64_t n) {
-  static std::map<std::int64_t, volume::Volume> cubes;
-  auto& volume = cubes[n];
-  if (volume.geometry().count() != n * n * n) {
-    volume::GridGeometry geometry;
-    geometry.dims = {n, n, n};
-    volume = volume::allocate(volume::VoxelType::f32, geometry);
-    Rng rng(1);
-    for (float& v : std::get<volume::Grid<float>>(volume.grid).voxels) v = static_cast<float>(rng.uniform());
-  }
-  return volume;
-}
 
 /// Bytes a second, read and written, of the fastest of nine copies of 64 MiB into memory that is mapped
 /// already.
@@ -68,7 +54,7 @@ void report(benchmark::State& state, std::int64_t n, int levels) {
 void analysis(benchmark::State& state, const std::string& name) {
   const std::int64_t n = state.range(0);
   set_thread_count(static_cast<int>(state.range(1)));
-  const auto& volume = cube(n);
+  const auto& volume = noise_cube(n);
   for (auto _ : state) benchmark::DoNotOptimize(wavelet::analyze<float>(volume, {.wavelet = name}, {0, 1}));
   report(state, n, 3);
 }
@@ -76,7 +62,7 @@ void analysis(benchmark::State& state, const std::string& name) {
 void synthesis(benchmark::State& state, const std::string& name) {
   const std::int64_t n = state.range(0);
   set_thread_count(static_cast<int>(state.range(1)));
-  const auto d = wavelet::analyze<float>(cube(n), {.wavelet = name}, {0, 1});
+  const auto d = wavelet::analyze<float>(noise_cube(n), {.wavelet = name}, {0, 1});
   for (auto _ : state) benchmark::DoNotOptimize(wavelet::synthesize(d));
   report(state, n, 3);
 }
@@ -84,7 +70,7 @@ void synthesis(benchmark::State& state, const std::string& name) {
 void rejection(benchmark::State& state) {
   const std::int64_t n = state.range(0);
   set_thread_count(static_cast<int>(state.range(1)));
-  const auto d = wavelet::analyze<float>(cube(n), {}, {0, 1});
+  const auto d = wavelet::analyze<float>(noise_cube(n), {}, {0, 1});
   for (auto _ : state) {
     state.PauseTiming();
     auto copy = d;
@@ -97,7 +83,8 @@ void rejection(benchmark::State& state) {
 
 int main(int argc, char** argv) {
   for (const char* name : {"haar", "daubechies-4", "coiflet-6", "daubechies-20", "battle-lemarie"}) {
-    for (const auto& [label, run] : {std::pair{"analyze/", &analysis}, std::pair{"synthesize/", &synthesis}}) {
+    for (const auto& [label, run] :
+         {std::pair{"analyze/", &analysis}, std::pair{"synthesize/", &synthesis}}) {
       benchmark::RegisterBenchmark((label + std::string(name)).c_str(), run, std::string(name))
           ->ArgNames({"n", "threads"})
           ->ArgsProduct({{256}, {1, 2}})

@@ -1,7 +1,6 @@
 // Fourier volume rendering by its parts, for a cube of n: a view's slice by each filter, the inverse
-// transform of a picture of n^2, and the transform of the volume, beside FFTW's own of three dimensions by
-// the same kind of plan
-// (`fftw`), on the data in place, padded by the same.
+// transform of a picture of n^2, and the transform of the volume, beside FFTW's own of three dimensions
+// (`fftw`) by the same kind of plan, in place, padded by the same.
 //   bench_fourier --benchmark_filter=slice --benchmark_repetitions=9
 #include <benchmark/benchmark.h>
 #include <fftw3.h>
@@ -10,31 +9,18 @@
 #include <tuple>
 
 #include "base/parallel.h"
-#include "base/rng.h"
 #include "camera/camera.h"
 #include "fourier/models.h"
 #include "fourier/projection.h"
+#include "noise_cube.h"
 
 namespace {
 
 using namespace vol;
 
-const volume::Volume& cube(std::int64_t n) {
-  static std::map<std::int64_t, volume::Volume> cubes;
-  auto& volume = cubes[n];
-  if (volume.geometry().count() != n * n * n) {
-    volume::GridGeometry geometry;
-    geometry.dims = {n, n, n};
-    volume = volume::allocate(volume::VoxelType::f32, geometry);
-    Rng rng(1);
-    for (float& v : std::get<volume::Grid<float>>(volume.grid).voxels) v = static_cast<float>(rng.uniform());
-  }
-  return volume;
-}
-
 fourier::SpectrumInfo info_of(std::int64_t n, int pad) {
   fourier::SpectrumInfo info;
-  info.geometry = cube(n).geometry();
+  info.geometry = noise_cube(n).geometry();
   info.padding = pad;
   for (auto& m : info.padded) m = fourier::padded_size(n, pad);
   return info;
@@ -45,7 +31,8 @@ const fourier::SliceSource<float>& source(std::int64_t n, int pad) {
   static std::map<std::tuple<std::int64_t, int>, fourier::SliceSource<float>> kept;
   if (!kept.contains({n, pad})) {
     kept.clear();
-    const auto spectrum = fourier::transform<float>(info_of(n, pad), fourier::plain_model(cube(n)).sources);
+    const auto spectrum =
+        fourier::transform<float>(info_of(n, pad), fourier::plain_model(noise_cube(n)).sources);
     kept.emplace(std::tuple{n, pad}, fourier::slice_source(spectrum, 16));
   }
   return kept.at({n, pad});
@@ -91,7 +78,7 @@ void transform(benchmark::State& state) {
   const int pad = static_cast<int>(state.range(1));
   set_thread_count(static_cast<int>(state.range(2)));
   const auto info = info_of(n, pad);
-  const auto model = fourier::plain_model(cube(n));
+  const auto model = fourier::plain_model(noise_cube(n));
   for (auto _ : state) benchmark::DoNotOptimize(fourier::transform<float>(info, model.sources));
 }
 
@@ -105,7 +92,7 @@ void fftw(benchmark::State& state) {
   const auto size = static_cast<int>(m);
   const auto plan = fftwf_plan_dft_r2c_3d(size, size, size, data.data(),
                                           reinterpret_cast<fftwf_complex*>(data.data()), FFTW_ESTIMATE);
-  const auto& voxels = std::get<volume::Grid<float>>(cube(n).grid).voxels;
+  const auto& voxels = std::get<volume::Grid<float>>(noise_cube(n).grid).voxels;
   for (auto _ : state) {
     state.PauseTiming();
     std::fill(data.begin(), data.end(), 0.0f);

@@ -95,6 +95,30 @@ TEST(Bounds, OfThePointsSatisfyTheOptimalityConditions) {
   }
 }
 
+// Where a curve touches a bound, ends included, and whether it is the upper one: extremes found by the sign
+// of the slope, bisected.
+std::vector<std::pair<double, bool>> touches(const transfer::BezierCurve& curve, double least, double most) {
+  std::vector<double> places = {0, 1};
+  constexpr int kSteps = 4000;
+  for (int i = 0; i < kSteps; ++i) {
+    double lo = double(i) / kSteps, hi = double(i + 1) / kSteps;
+    const bool rises = curve.at(lo).slope > 0;
+    if (rises == (curve.at(hi).slope > 0)) continue;
+    for (int halving = 0; halving < 45; ++halving) {
+      const double middle = 0.5 * (lo + hi);
+      ((curve.at(middle).slope > 0) == rises ? lo : hi) = middle;
+    }
+    places.push_back(lo);
+  }
+  std::vector<std::pair<double, bool>> found;
+  for (const double place : places) {
+    const double value = curve.value(place);
+    if (std::abs(value - least) < 1e-7) found.emplace_back(place, false);
+    if (std::abs(value - most) < 1e-7) found.emplace_back(place, true);
+  }
+  return found;
+}
+
 // Only the curve bounded: it keeps its bounds, comes nearer than with bounded points, and not as near as
 // without; and it is optimal: no step toward any other curve within the bounds comes nearer (the problem is
 // convex).
@@ -129,6 +153,20 @@ TEST(Bounds, OfTheCurveAloneAreKeptAndOptimal) {
       const auto q = random_points(rng, n, o.least, o.most);  // within the bounds, and so its curve
       EXPECT_GT(gradient.dot(Eigen::Map<const VectorXd>(q.data(), n) - p), -1e-7) << n;
     }
+    // Karush, Kuhn and Tucker: the pull is balanced by the bounds that are touched, each pushing inwards.
+    const auto touched = touches(fit.curves[0], o.least, o.most);
+    ASSERT_GT(touched.size(), 0U) << n;
+    MatrixXd push(n, static_cast<Eigen::Index>(touched.size()));
+    std::vector<double> basis(static_cast<std::size_t>(n));
+    for (std::size_t k = 0; k < touched.size(); ++k) {
+      transfer::bernstein_basis(touched[k].first, basis);
+      push.col(static_cast<Eigen::Index>(k)) =
+          (touched[k].second ? -1 : 1) * Eigen::Map<const VectorXd>(basis.data(), n);
+    }
+    const VectorXd multipliers = push.colPivHouseholderQr().solve(gradient);
+    // A bound kept to 1e-9 leaves the place of the touch uncertain by the root of it.
+    EXPECT_LT((push * multipliers - gradient).norm(), 2 * std::sqrt(1e-9) * gradient.norm()) << n;
+    EXPECT_GE(multipliers.minCoeff(), 0) << n;
   }
 }
 

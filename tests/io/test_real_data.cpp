@@ -19,6 +19,11 @@ struct Known {
   bool raw = false;
 };
 
+/// The file, where a test is named.
+void PrintTo(const Known& known, std::ostream* os) {
+  *os << known.file;
+}
+
 void check(const std::filesystem::path& path, const Known& known) {
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not here";
   ReadOptions options;

@@ -3,22 +3,10 @@
 #   fvr-slice.sh BIN [fvr-slice-gpu]       with a second name: that tool's pictures held against fvr-slice's as well
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh" "$1"
 PATH="$bin:$PATH"
-refused() { # COMMAND...: status 2 and one line
-  "$@" >/dev/null 2>err
-  local status=$?
-  [ $status -eq 2 ] || fail "status $status, not 2: $*"
-  [ "$(wc -l <err)" -eq 1 ] || fail "one line expected of: $*: $(cat err)"
-}
 answers_no() { # COMMAND...: status 1, which is neither success nor failure to answer
   "$@" >/dev/null 2>err
   local status=$?
   [ $status -eq 1 ] || fail "status $status, not 1: $*: $(cat err)"
-}
-names() { # FILE COMMAND...: refused, and the line says which file
-  local file=$1
-  shift
-  refused "$@"
-  grep -qF "$file" err || fail "the file is not named: $*: $(cat err)"
 }
 warns() { # WORD COMMAND...: done, with a warning that has the word
   local word=$1
@@ -187,14 +175,14 @@ for good in late crlf; do vol-info $good.nrrd | grep -q "holds  *spectrum" || fa
 vol-info none.nrrd 2>err | grep -q "holds  *spectrum" && fail "none.nrrd is no spectrum"
 for bad in lie-padding lie-model lie-count lie-space; do refused vol-info $bad.nrrd; done
 for bad in nan infinite lie-padding lie-model lie-count lie-space; do
-  names $bad.nrrd fvr-slice $bad.nrrd -o missed.exr --size 16x16
-  names $bad.nrrd vol-fft $bad.nrrd -o missed.nrrd --inverse
+  refused_for $bad.nrrd fvr-slice $bad.nrrd -o missed.exr --size 16x16
+  refused_for $bad.nrrd vol-fft $bad.nrrd -o missed.nrrd --inverse
 done
-names plain.nrrd vol-fft plain.nrrd -o missed.nrrd --inverse --spectrum other
-names plain.nrrd fvr-slice plain.nrrd -o missed.exr --control-points 1
-names plain.nrrd fvr-slice plain.nrrd -o missed.exr --size 20000x20000 --turntable 64
-names missing/plans vol-fft cloud.nrrd -o missed.nrrd --wisdom missing/plans
-names "a file of their own" vol-fft cloud.nrrd -o missed.nrrd --type f64 --wisdom plans.fftw
+refused_for plain.nrrd vol-fft plain.nrrd -o missed.nrrd --inverse --spectrum other
+refused_for plain.nrrd fvr-slice plain.nrrd -o missed.exr --control-points 1
+refused_for plain.nrrd fvr-slice plain.nrrd -o missed.exr --size 20000x20000 --turntable 64
+refused_for missing/plans vol-fft cloud.nrrd -o missed.nrrd --wisdom missing/plans
+refused_for "a file of their own" vol-fft cloud.nrrd -o missed.nrrd --type f64 --wisdom plans.fftw
 
 # Options that contradict each other.
 for option in "--pad 2" "--compensate es:6" "--type f64" "--shading directional" "--bezier 3" "--bands 0:1" --edges; do

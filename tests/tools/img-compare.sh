@@ -1,12 +1,7 @@
 #!/usr/bin/env bash
 # img-compare and vol-compare from outside: figures, files, exit statuses.
 #   img-compare.sh BIN
-set -u
-bin=$(realpath "$1")
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-cd "$folder" || exit 2
-failed=0
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh" "$1"
 
 # expect STATUS COMMAND...: runs it, its output in out and err
 expect() {

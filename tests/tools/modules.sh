@@ -9,22 +9,18 @@ source "$(dirname "${BASH_SOURCE[0]}")/common.sh" "$1"
 mkdir -p there/bin there/lib/precis
 cp "$bin/vol-info" "$bin/vol-convert" there/bin
 
-refused() {
-  local message status
-  message=$("$@" 2>&1 >/dev/null)
-  status=$?
-  [ $status -eq 2 ] || fail "$*: status $status"
-  [ "$(wc -l <<<"$message")" -eq 1 ] || fail "$*: not one line: $message"
-  [[ $message == *ml.vdb:* || $message == *new.vdb:* ]] || fail "$*: names no file: $message"
+names_file() { # COMMAND...: refused, and the line names the file that wanted the module
+  refused "$@"
+  grep -qE '(ml|new)\.vdb:' err || fail "$*: names no file: $(cat err)"
 }
 
 there/bin/vol-info ml.nrrd >/dev/null || fail "vol-info needs the module for NRRD"
-refused there/bin/vol-info ml.vdb
-refused there/bin/vol-convert ml.nrrd -o new.vdb
+names_file there/bin/vol-info ml.vdb
+names_file there/bin/vol-convert ml.nrrd -o new.vdb
 cp "$bin/../lib/precis/libprecis_oiio.so" there/lib/precis/libprecis_vdb.so 2>/dev/null || fail "no module to borrow"
-refused there/bin/vol-info ml.vdb
+names_file there/bin/vol-info ml.vdb
 echo "no library" >there/lib/precis/libprecis_vdb.so
-refused there/bin/vol-info ml.vdb
+names_file there/bin/vol-info ml.vdb
 [ ! -e new.vdb ] || fail "something was written"
 
 # What lies in the current folder is never loaded.

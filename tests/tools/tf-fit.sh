@@ -2,15 +2,6 @@
 # tf-fit from outside: curves that come back, what the other tools make of them, what is refused.
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh" "$1"
 PATH="$bin:$PATH"
-refused() { # WORD COMMAND...: status 2 and one line that has the word
-  local word=$1
-  shift
-  "$@" >/dev/null 2>err
-  local status=$?
-  [ $status -eq 2 ] || fail "status $status, not 2: $*"
-  [ "$(wc -l <err)" -eq 1 ] || fail "one line expected of: $*: $(cat err)"
-  grep -qF -- "$word" err || fail "no word of '$word': $*: $(cat err)"
-}
 figure() { # FILE KEY: a number of a stats record
   sed -n "s/.*\"$2\": \(-\{0,1\}[0-9][0-9.e+-]*\).*/\1/p" "$1" | head -n 1
 }
@@ -76,11 +67,11 @@ samples_of tissue.yaml
 [ "$(figure counted.json samples)" = $((3 * once)) ] || fail "$(figure counted.json samples) samples, not three times $once"
 LC_ALL=C awk -v a="$(figure counted.json samples_largest)" -v b="$most" 'BEGIN { exit !(a == 3 * b) }' || fail "samples of the picture: not three times $most"
 # Refused, not passed over.
-refused "--transfer" vol-raycast one.nrrd -o missed.exr --model mip --transfer tissue.yaml
+refused_for "--transfer" vol-raycast one.nrrd -o missed.exr --model mip --transfer tissue.yaml
 printf 'colours: [[0, 0, 0, 0], [1, 1, 1, 1]]\nopacity: [[0, 0], [1, 1]]\n' >opacity.yaml
-refused "--transfer" vol-raycast one.nrrd -o missed.exr --model xray --transfer opacity.yaml
+refused_for "--transfer" vol-raycast one.nrrd -o missed.exr --model xray --transfer opacity.yaml
 vol-dwt one.nrrd -o one.vdb --levels 1 --quiet && vol-index one.vdb -o index.nrrd --quiet || fail "vol-index: status $?"
-refused "--index" vol-raycast one.nrrd -o missed.exr --model xray --transfer tissue.yaml --index index.nrrd
+refused_for "--index" vol-raycast one.nrrd -o missed.exr --model xray --transfer tissue.yaml --index index.nrrd
 img-compare fvr.exr ray.exr --channel R --json --metric max >/dev/null || fail "no channel R"
 # The same as by hand.
 tf-fit --band 0.2:0.6=0.8 --volume one.nrrd -o grey.yaml --points 4 --quiet || fail "status $?"
@@ -115,21 +106,21 @@ below "$(figure free.json residual_rms)" "$(figure even.json residual_rms)" "fre
 # Right, or one clear line.
 printf '0.5,0.7\n' >one.csv
 tf-fit one.csv --range 0,1 -o constant.yaml --points 1 --quiet && grep -q "points: \[0.7" constant.yaml || fail "one point: $(cat constant.yaml)"
-refused "--range" tf-fit one.csv -o missed.yaml
+refused_for "--range" tf-fit one.csv -o missed.yaml
 printf '0,0\n1,nan\n' >nan.csv
-refused "nan.csv: line 2" tf-fit nan.csv -o missed.yaml
+refused_for "nan.csv: line 2" tf-fit nan.csv -o missed.yaml
 printf 'nan,0\n1,1\n' >nan.csv
-refused "nan.csv: line 1" tf-fit nan.csv -o missed.yaml
+refused_for "nan.csv: line 1" tf-fit nan.csv -o missed.yaml
 printf '1,0\n0,1\n' >back.csv
-refused "order" tf-fit back.csv -o missed.yaml
+refused_for "order" tf-fit back.csv -o missed.yaml
 printf 'bezier: [[0, 1], [2, 1], [1, 1]]\n' >beyond.yaml
-refused "beyond.yaml: line 1" tf-fit beyond.yaml -o missed.yaml
+refused_for "beyond.yaml: line 1" tf-fit beyond.yaml -o missed.yaml
 vol-phantom ramp --dims 4x4x4 -o - | vol-convert - -o constant.nrrd --scale 0,7 || exit 2
-refused "constant.nrrd" tf-fit step.csv --volume constant.nrrd -o missed.yaml
+refused_for "constant.nrrd" tf-fit step.csv --volume constant.nrrd -o missed.yaml
 tf-fit step.csv --volume constant.nrrd --range 0,10 -o deficient.yaml --points 4 --quiet 2>err || fail "one value: status $?"
 grep -q "rank 1 of 4" err || fail "no word of the rank: $(cat err)"
-refused "--band 5:6=1: none of the" tf-fit --band 5:6=1 --range 0,1 -o missed.yaml
-refused "5:6=1" tf-fit --band 1:2=1 --band 5:6=1 --range 0,10 --samples 4 -o missed.yaml
+refused_for "--band 5:6=1: none of the" tf-fit --band 5:6=1 --range 0,1 -o missed.yaml
+refused_for "5:6=1" tf-fit --band 1:2=1 --band 5:6=1 --range 0,10 --samples 4 -o missed.yaml
 # A band of one value of a volume of integers has it, also where (k - min)/(max - min) is rounded.
 vol-phantom ramp --dims 101x2x2 -o - | vol-convert - -o hundred.nrrd --scale 100,0 --type u8 || exit 2
 vol-info hundred.nrrd --json | grep -q . || exit 2
@@ -140,38 +131,38 @@ done
 tf-fit --band 0:10=9 --volume constant.nrrd --range 0,10 -o deficient.yaml --points 4 --stats held.json --quiet 2>err || fail "status $?"
 grep -q '"method": "active-set"' held.json || fail "not at bounds: $(grep method held.json)"
 ! grep -q rank err || fail "a word of shortest solutions at bounds: $(cat err)"
-refused "21" tf-fit step.csv -o missed.yaml --points 22
-refused "RMS" tf-fit step.csv -o missed.yaml --error-below 1e-9
-refused "target" tf-fit -o missed.yaml
-refused "target" tf-fit step.csv --band 0:1=1 -o missed.yaml
-refused "LO:HI" tf-fit --band 1:0=1 -o missed.yaml
-refused "LO:HI" tf-fit --band 0:1=nan -o missed.yaml
-refused "colours" tf-fit --band 0:1=1 --band-colours 1,1,1:0,0,0 -o missed.yaml
-refused "--volume" tf-fit step.csv --weight histogram -o missed.yaml
-refused "--bounds" tf-fit step.csv --bounds 2,0 -o missed.yaml
-refused "--bounds" tf-fit step.csv --bounds 0,1 --bounds-on none -o missed.yaml
-refused "--loss-scale" tf-fit step.csv --loss-scale 0.2 -o missed.yaml
-refused "scale of the loss" tf-fit step.csv --loss cauchy --loss-scale 1e-200 -o missed.yaml
-refused "--smoothness" tf-fit step.csv --smoothness nan -o missed.yaml
-refused "64 curves" tf-fit $(for i in $(seq 65); do echo "--band 0:0.$((100 + i))=1"; done) -o missed.yaml
-refused "1e30" tf-fit --band 0:1=1 --band-colours 1e31,0,0 -o missed.yaml
-refused "UTF-8" tf-fit --band $'Z\xe4hne=0:1=1' -o missed.yaml
+refused_for "21" tf-fit step.csv -o missed.yaml --points 22
+refused_for "RMS" tf-fit step.csv -o missed.yaml --error-below 1e-9
+refused_for "target" tf-fit -o missed.yaml
+refused_for "target" tf-fit step.csv --band 0:1=1 -o missed.yaml
+refused_for "LO:HI" tf-fit --band 1:0=1 -o missed.yaml
+refused_for "LO:HI" tf-fit --band 0:1=nan -o missed.yaml
+refused_for "colours" tf-fit --band 0:1=1 --band-colours 1,1,1:0,0,0 -o missed.yaml
+refused_for "--volume" tf-fit step.csv --weight histogram -o missed.yaml
+refused_for "--bounds" tf-fit step.csv --bounds 2,0 -o missed.yaml
+refused_for "--bounds" tf-fit step.csv --bounds 0,1 --bounds-on none -o missed.yaml
+refused_for "--loss-scale" tf-fit step.csv --loss-scale 0.2 -o missed.yaml
+refused_for "scale of the loss" tf-fit step.csv --loss cauchy --loss-scale 1e-200 -o missed.yaml
+refused_for "--smoothness" tf-fit step.csv --smoothness nan -o missed.yaml
+refused_for "64 curves" tf-fit $(for i in $(seq 65); do echo "--band 0:0.$((100 + i))=1"; done) -o missed.yaml
+refused_for "1e30" tf-fit --band 0:1=1 --band-colours 1e31,0,0 -o missed.yaml
+refused_for "UTF-8" tf-fit --band $'Z\xe4hne=0:1=1' -o missed.yaml
 printf 'bezier: [{name: "Z\xe4hne", points: [1]}]\n' >latin.yaml
-refused "latin.yaml: line 1" tf-fit latin.yaml -o missed.yaml
-refused "latin.yaml: line 1" vol-fft one.nrrd -o missed.nrrd --bezier latin.yaml
+refused_for "latin.yaml: line 1" tf-fit latin.yaml -o missed.yaml
+refused_for "latin.yaml: line 1" vol-fft one.nrrd -o missed.nrrd --bezier latin.yaml
 # What Ceres could not solve is refused before, in one line.
-refused "scale of the loss" tf-fit --band 0.477:0.833=1e20 --points 6 --samples 7 --free-range --loss huber --loss-scale 1e-9 \
+refused_for "scale of the loss" tf-fit --band 0.477:0.833=1e20 --points 6 --samples 7 --free-range --loss huber --loss-scale 1e-9 \
   --smoothness 1e6 -o missed.yaml
-refused "exclude" tf-fit step.csv --free-range --curve parametric -o missed.yaml
-refused "missed.txt" tf-fit step.csv -o missed.txt
+refused_for "exclude" tf-fit step.csv --free-range --curve parametric -o missed.yaml
+refused_for "missed.txt" tf-fit step.csv -o missed.txt
 tf-fit step.csv -o curved.yaml --points 5 --curve parametric --quiet || fail "status $?"
-refused "curved.yaml" vol-fft one.nrrd -o missed.nrrd --bezier curved.yaml
-refused "curved.yaml" fvr-slice tissue.nrrd -o missed.exr --transfer curved.yaml
-refused "values" fvr-slice tissue.nrrd -o missed.exr --transfer own.yaml
-refused "step.csv" fvr-slice tissue.nrrd -o missed.exr --transfer step.csv
+refused_for "curved.yaml" vol-fft one.nrrd -o missed.nrrd --bezier curved.yaml
+refused_for "curved.yaml" fvr-slice tissue.nrrd -o missed.exr --transfer curved.yaml
+refused_for "values" fvr-slice tissue.nrrd -o missed.exr --transfer own.yaml
+refused_for "step.csv" fvr-slice tissue.nrrd -o missed.exr --transfer step.csv
 tf-fit tissue.yaml -o eight.yaml --points 8 --quiet || fail "status $?"
-refused "8 control points" fvr-slice tissue.nrrd -o missed.exr --transfer eight.yaml
-refused "--bezier 22" vol-fft one.nrrd -o missed.nrrd --bezier 22
-refused "--range" vol-fft one.nrrd -o missed.nrrd --bezier tissue.yaml --range 0,1
-[ ! -e missed.yaml ] && [ ! -e missed.exr ] && [ ! -e missed.nrrd ] || fail "a refused run left its output"
+refused_for "8 control points" fvr-slice tissue.nrrd -o missed.exr --transfer eight.yaml
+refused_for "--bezier 22" vol-fft one.nrrd -o missed.nrrd --bezier 22
+refused_for "--range" vol-fft one.nrrd -o missed.nrrd --bezier tissue.yaml --range 0,1
+[ ! -e missed.yaml ] && [ ! -e missed.exr ] && [ ! -e missed.nrrd ] || fail "a refused_for run left its output"
 exit $failed
