@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "base/error.h"
-#include "base/utf8.h"
+#include "cli/fit_target.h"
 #include "cli/naming.h"
 #include "cli/options.h"
 #include "cli/run.h"
@@ -21,8 +21,8 @@ namespace {
 using namespace vol;
 
 struct Options {
-  std::filesystem::path target, output, volume;
-  std::vector<std::string> bands, colours;
+  cli::FitTargetOptions target;
+  std::filesystem::path output, volume;
   std::optional<int> points;
   std::optional<double> error_below;
   std::string weight, quantity = "weight", bounds_on = "points", loss = "none", curve = "even";
@@ -33,11 +33,7 @@ struct Options {
 };
 
 void declare(CLI::App& app, Options& o) {
-  app.add_option(
-         "target", o.target,
-         "Opacity over data value: transfer function (.yaml, ParaView's .json), or lines of value, weight "
-         "(.csv)")
-      ->group("Files");
+  cli::add_fit_target(app, o.target);
   app.add_option("-o,--output", o.output, "Transfer function of Bezier curves (.yaml); - is standard output")
       ->required()
       ->group("Files");
@@ -45,16 +41,7 @@ void declare(CLI::App& app, Options& o) {
                  "Volume whose histogram says what counts, and whose range is fitted over")
       ->group("Files");
 
-  const char* target = "Target";
-  app.add_option("--band", o.bands,
-                 "[NAME=]LO:HI=WEIGHT: this weight for values from LO to HI, else 0; may be given several "
-                 "times, a curve "
-                 "each")
-      ->take_all()
-      ->group(target);
-  app.add_option("--band-colours", o.colours, "R,G,B:R,G,B ..., linear, one a band [white]")
-      ->delimiter(':')
-      ->group(target);
+  const char* target = cli::kFitTargetGroup;
   app.add_option("--range", o.range,
                  "Values of v = 0 and v = 1 [of the volume, else of the target file; of --band alone 0,1]")
       ->delimiter(',')
@@ -122,104 +109,6 @@ void declare(CLI::App& app, Options& o) {
       ->group(error);
 }
 
-/// What one curve is fitted to.
-struct Target {
-  std::string name;
-  Vec3 colour{1, 1, 1};
-  std::function<double(double)> weight;  ///< of a data value
-};
-
-struct Band {
-  std::string name;
-  double lo = 0, hi = 0, weight = 0;
-};
-
-Band parse_band(const std::string& word) {
-  Band band;
-  const std::size_t last = word.rfind('='), colon = word.rfind(':');
-  const auto number = [](const std::string& text, double& value) {
-    return !text.empty() && CLI::detail::lexical_cast(text, value) && std::abs(value) <= 1e30;
-  };
-  bool good = last != std::string::npos && colon != std::string::npos && colon < last;
-  if (good) {
-    const std::size_t first = word.rfind('=', last - 1);
-    const bool named = last > 0 && first != std::string::npos;
-    const std::size_t begin = named ? first + 1 : 0;
-    if (named) band.name = word.substr(0, first);
-    good = begin < colon && number(word.substr(begin, colon - begin), band.lo) &&
-           number(word.substr(colon + 1, last - colon - 1), band.hi) &&
-           number(word.substr(last + 1), band.weight) && band.lo <= band.hi;
-  }
-  if (!is_utf8(band.name)) throw Error("--band: a name is not UTF-8");
-  if (!good) throw Error("--band " + word + ": expected [NAME=]LO:HI=WEIGHT with LO at most HI");
-  return band;
-}
-
-/// The targets of a run, and the values that they are about.
-struct Wanted {
-  std::vector<Target> targets;
-  volume::Range range{0, 1};
-};
-
-Wanted wanted_of_bands(const Options& o) {
-  Wanted wanted;
-  if (o.bands.size() > transfer::kMostCurves) {
-    throw Error("--band: at most " + std::to_string(transfer::kMostCurves) + " curves are possible, not " +
-                std::to_string(o.bands.size()));
-  }
-  if (!o.colours.empty() && o.colours.size() != o.bands.size()) {
-    throw Error("--band-colours: " + std::to_string(o.colours.size()) + " colours for " +
-                std::to_string(o.bands.size()) + " bands");
-  }
-  for (std::size_t b = 0; b < o.bands.size(); ++b) {
-    const Band band = parse_band(o.bands[b]);
-    Target target{band.name, Vec3::Ones(),
-                  [band](double value) { return value >= band.lo && value <= band.hi ? band.weight : 0.0; }};
-    if (!o.colours.empty()) {
-      target.colour = cli::parse_vec3("--band-colours", o.colours[b]);
-      if (!target.colour.allFinite() || target.colour.minCoeff() < 0 || target.colour.maxCoeff() > 1e30) {
-        throw Error("--band-colours " + o.colours[b] + ": expected numbers from 0 to 1e30");
-      }
-    }
-    wanted.targets.push_back(std::move(target));
-  }
-  return wanted;
-}
-
-Wanted wanted_of_profile(transfer::Profile profile) {
-  Wanted wanted;
-  wanted.range = {profile.points().front().value, profile.points().back().value};
-  wanted.targets.push_back(
-      {"", Vec3::Ones(), [p = std::move(profile)](double value) { return p.value(value); }});
-  return wanted;
-}
-
-Wanted wanted_of_file(const std::filesystem::path& path, cli::Record& record) {
-  if (io::is_standard_stream(path)) throw Error("the target is a file: its name says what form it has");
-  record.input(path);
-  if (path.extension() == ".csv") return wanted_of_profile(io::read_profile(path));
-  if (const auto bezier = io::read_bezier(path)) {
-    Wanted wanted;
-    wanted.range = {bezier->lo, bezier->hi};
-    for (const auto& band : bezier->bands) {
-      wanted.targets.push_back({band.name, band.colour, [band, b = *bezier](double value) {
-                                  return band.curve.value(b.scaled(value));
-                                }});
-    }
-    return wanted;
-  }
-  std::vector<transfer::ProfilePoint> points;
-  const transfer::TransferFunction transfer = io::read_transfer_function(path);
-  for (const auto& p : transfer.opacities()) points.push_back({p.value, p.opacity});
-  return wanted_of_profile(transfer::Profile(std::move(points)));
-}
-
-Wanted wanted_of(const Options& o, cli::Record& record) {
-  if (o.target.empty() == o.bands.empty()) throw Error("either a target or --band is expected");
-  if (o.bands.empty() && !o.colours.empty()) throw Error("--band-colours are for --band");
-  return o.target.empty() ? wanted_of_bands(o) : wanted_of_file(o.target, record);
-}
-
 fit::FitOptions fit_options(const Options& o, cli::Record& record) {
   fit::FitOptions f = o.fit;
   f.points = o.points.value_or(o.error_below ? transfer::kMostControlPoints : 6);
@@ -246,7 +135,7 @@ fit::FitOptions fit_options(const Options& o, cli::Record& record) {
   return f;
 }
 
-fit::Samples samples_of(const Options& o, Wanted& wanted, cli::Record& record) {
+fit::Samples samples_of(const Options& o, cli::FitTargets& wanted, cli::Record& record) {
   if (!o.range.empty()) wanted.range = {o.range[0], o.range[1]};
   if (o.volume.empty()) {
     if (!o.weight.empty() && o.weight != "uniform") throw Error("--weight " + o.weight + " needs --volume");
@@ -262,18 +151,7 @@ fit::Samples samples_of(const Options& o, Wanted& wanted, cli::Record& record) {
   });
 }
 
-/// A band without a sample would be fitted by nothing: more often it is a wrong number.
-void require_samples(const std::string& word, const fit::Samples& samples) {
-  const Band band = parse_band(word);
-  const auto within = [&](double value) { return value >= band.lo && value <= band.hi; };
-  if (std::any_of(samples.value.begin(), samples.value.end(), within)) return;
-  char text[120];
-  std::snprintf(text, sizeof text, ": none of the %zu values that count, %.6g to %.6g, lies in it",
-                samples.value.size(), samples.value.front(), samples.value.back());
-  throw Error("--band " + word + text + "; see --range and --samples");
-}
-
-void report(const fit::Fit& found, const std::vector<Target>& targets, cli::Record& record) {
+void report(const fit::Fit& found, const std::vector<cli::FitTarget>& targets, cli::Record& record) {
   const int points = static_cast<int>(found.curves.front().ordinates().size());
   nlohmann::json curves = nlohmann::json::array();
   fit::Residual worst;
@@ -314,22 +192,20 @@ int work(const Options& o, cli::Record& record) {
   }
   io::require_writable(o.output);
   const fit::FitOptions f = fit_options(o, record);  // wrong words are answered before a large file is read
-  Wanted wanted = wanted_of(o, record);
+  cli::FitTargets wanted = cli::fit_targets(o.target, record);
   const fit::Samples samples = samples_of(o, wanted, record);
   record.resolved("range", {wanted.range.min, wanted.range.max});
   std::vector<std::vector<double>> targets;
-  for (std::size_t t = 0; t < wanted.targets.size(); ++t) {
-    targets.push_back(samples.targets(wanted.targets[t].weight));
-    if (!o.bands.empty()) require_samples(o.bands[t], samples);
-  }
+  for (const auto& target : wanted.curves) targets.push_back(samples.targets(target.weight));
+  cli::require_samples(o.target, samples);
   const fit::Fit found = record.repeated("fit", [&] {
     return o.error_below ? fit::fit_within(samples, targets, f, *o.error_below)
                          : fit::fit_bezier(samples, targets, f);
   });
-  report(found, wanted.targets, record);
+  report(found, wanted.curves, record);
   transfer::BezierTransfer bezier{found.range.min, found.range.max, {}};
   for (std::size_t c = 0; c < found.curves.size(); ++c) {
-    bezier.bands.push_back({wanted.targets[c].name, wanted.targets[c].colour, found.curves[c]});
+    bezier.bands.push_back({wanted.curves[c].name, wanted.curves[c].colour, found.curves[c]});
   }
   record.timed("write", [&] { io::write_bezier(o.output, bezier, record.provenance()); });
   record.output(o.output);
