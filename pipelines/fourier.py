@@ -139,8 +139,8 @@ class Times:
         self.device_name = None
 
     def timed(self, spectrum, size, *options, tool="fvr-slice", views=None, rounds_=None):
-        """Median of the rounds of every part of a frame, all views of a turn."""
-        found, count = [], views or self.config["views"]
+        """Median of the rounds of every part of a frame, all views of a turn; of small pictures more, so that a run is no shorter."""
+        found, count = [], views or self.config["views"] * max(1, round((256 / size) ** 2))
         for _ in range(rounds_ or self.config["rounds"]):
             stats = self.tools.run(tool, spectrum, "-o", self.tools.folder / "views.nrrd", "--view", self.config["oblique"],
                                    "--turntable", count, "--size", f"{size}x{size}", "--width", size, "--wrap", *options)

@@ -24,7 +24,7 @@ TITLES = {"4.1": "Table 4.1, no filter", "4.2": "Table 4.2, trilinear", "4.3": "
 EXPLANATION = """\
 # Fourier volume rendering: Cheng's tables, filters and costs
 
-Published figures are of 2007 (platform B); ours are medians of {rounds} runs of {views} pictures on {cpu}, {threads} threads,
+Published figures are of 2007 (platform B); ours are medians of {rounds} runs of {views} pictures and more on {cpu}, {threads} threads,
 {simd}. What can be compared is the ratio between methods, and what the paper has no figure for: the error.
 
 What differs. The paper slices on the GPU with 16-bit textures and reads back for FFTW; here everything is 32-bit floats on
