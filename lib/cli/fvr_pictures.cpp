@@ -6,6 +6,7 @@
 
 #include "base/checked.h"
 #include "base/error.h"
+#include "base/heap.h"
 #include "cli/fvr_words.h"
 #include "cli/options.h"
 #include "fourier/projection.h"
@@ -34,11 +35,13 @@ image::Image image_of(const std::vector<Buffer<float>>& planes, int width, int h
 void put_into(volume::Grid<float>& stack, std::size_t i, const std::vector<Buffer<float>>& planes) {
   if (planes.size() != 1)
     throw Error("a stack (.nrrd) holds grey pictures; leave out --band-colours, or write .exr");
-  for (const float value : planes[0]) {
-    if (!std::isfinite(value)) throw Error("a pixel overflows float; scale the volume");
+  float* to = stack.voxels.data() + i * planes[0].size();
+  bool finite = true;
+  for (std::size_t p = 0; p < planes[0].size(); ++p) {
+    to[p] = planes[0][p];
+    finite &= std::isfinite(to[p]);
   }
-  std::copy(planes[0].begin(), planes[0].end(),
-            stack.voxels.begin() + static_cast<std::ptrdiff_t>(i * planes[0].size()));
+  if (!finite) throw Error("a pixel overflows float; scale the volume");
 }
 
 void write_stack(const FvrOptions& o, volume::Grid<float> stack, Record& record) {
@@ -76,9 +79,14 @@ void warn_of_unknown_range(const FvrOptions& o, const fourier::SpectrumInfo& inf
               o.transfer.string());
 }
 
-// The pictures of a run are kept until they are written, so that drawing is timed by itself; of many, in
-// lots.
-constexpr std::size_t kLot = 64;
+// The pictures of a run are kept until they are written, so that drawing is timed by itself; of many, in lots
+// that stay in the cache.
+constexpr std::int64_t kMostInLot = 64, kLotBytes = std::int64_t{4} << 20;
+
+std::int64_t lot_of(std::int64_t views, std::int64_t picture_bytes) {
+  return std::min(
+      views, std::clamp<std::int64_t>(kLotBytes / std::max<std::int64_t>(picture_bytes, 1), 1, kMostInLot));
+}
 
 }  // namespace
 
@@ -102,7 +110,7 @@ void fvr_require_memory(const FvrOptions& o, const fourier::SpectrumInfo& info,
   const auto views_count = static_cast<std::int64_t>(jobs.size());
   const std::int64_t pixels = jobs.front().view.picture_width * jobs.front().view.picture_height,
                      channels = static_cast<std::int64_t>(jobs.front().weights.size()),
-                     lot = std::min<std::int64_t>(views_count, kLot);
+                     lot = lot_of(views_count, 4 * pixels * channels);
   // Drawn in `real`, kept in float; an image of four floats is made of one at a time, or all go into a stack.
   const std::int64_t pictures = checked_product(pixels * channels, lot * 4 + real),
                      written = checked_product(pixels, is_stack(o) ? 4 * views_count : 4 * 4);
@@ -127,11 +135,15 @@ void fvr_pictures(const FvrOptions& o, const fourier::SpectrumInfo& info, const 
     stack.geometry.dims = {size[0], size[1], static_cast<std::int64_t>(views.size())};
     stack.geometry.spacing = Vec3(pitch, pitch, 1);
     stack.voxels.resize(static_cast<std::size_t>(checked_count(stack.geometry.dims)));
+    prefer_large_pages(stack.voxels.data(), stack.voxels.size() * sizeof(float));
   }
   std::int64_t frames = 0;
-  std::vector<std::vector<Buffer<float>>> pictures(std::min(jobs.size(), kLot));
-  for (std::size_t first = 0; first < jobs.size(); first += kLot) {
-    const std::size_t last = std::min(jobs.size(), first + kLot);
+  const auto lot = static_cast<std::size_t>(
+      lot_of(static_cast<std::int64_t>(jobs.size()),
+             std::int64_t{4} * size[0] * size[1] * static_cast<std::int64_t>(jobs.front().weights.size())));
+  std::vector<std::vector<Buffer<float>>> pictures(lot);
+  for (std::size_t first = 0; first < jobs.size(); first += lot) {
+    const std::size_t last = std::min(jobs.size(), first + lot);
     (void)record.repeated("render", [&] {
       for (std::size_t i = first; i < last; ++i) draw(jobs[i].view, jobs[i].weights, pictures[i - first]);
       return frames += static_cast<std::int64_t>(last - first);

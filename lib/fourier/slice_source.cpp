@@ -1,10 +1,9 @@
 #include "fourier/slice_source.h"
 
-#include <sys/mman.h>
-
 #include <algorithm>
 
 #include "base/checked.h"
+#include "base/heap.h"
 #include "base/parallel.h"
 
 namespace vol::fourier {
@@ -61,12 +60,8 @@ SliceSource<T>::SliceSource(const SpectrumInfo& info, int taps) : info_(info), t
   for (std::size_t f = 0; f < info.names.size(); ++f) {
     const auto reals = static_cast<std::size_t>(slab_ * (2 * half_z_ + 1));
     fields_.emplace_back(reals + kLineReals);
-    // A slice touches a few numbers on each of thousands of pages: large ones save most of the walks. A hint
-    // only.
-    constexpr std::uintptr_t kHuge = 1 << 21;
-    const auto begin = (reinterpret_cast<std::uintptr_t>(fields_.back().data()) + kHuge - 1) / kHuge * kHuge;
-    const auto end = reinterpret_cast<std::uintptr_t>(fields_.back().data() + reals) / kHuge * kHuge;
-    if (begin < end) (void)madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+    // A slice touches a few numbers on each of thousands of pages.
+    prefer_large_pages(fields_.back().data(), reals * sizeof(T));
     std::fill_n(fields_.back().begin() + reals, kLineReals, T{0});  // vectors run over the end, with weight 0
   }
 }

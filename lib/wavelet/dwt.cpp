@@ -6,13 +6,10 @@
 #include <type_traits>
 
 #include "base/error.h"
+#include "base/heap.h"
 #include "wavelet/analysis_level.h"
 #include "wavelet/layout.h"
 #include "wavelet/synthesis_level.h"
-
-#if defined(__linux__)
-#include <sys/mman.h>
-#endif
 
 namespace vol::wavelet {
 namespace {
@@ -55,18 +52,10 @@ void require_headroom(const Wavelet& wavelet, const volume::Range& range, int le
   }
 }
 
-/// Memory that is about to be written for the first time. Large pages are asked for: with small ones the
-/// kernel's work for 16384 first touches of a 64 MiB result takes longer than the transform.
 template <class T>
 Buffer<T> fresh_buffer(std::int64_t count) {
   Buffer<T> buffer(static_cast<std::size_t>(count));
-#if defined(__linux__)
-  constexpr std::uintptr_t large = std::uintptr_t{1} << 21;
-  const auto begin = (reinterpret_cast<std::uintptr_t>(buffer.data()) + large - 1) / large * large;
-  const auto end = reinterpret_cast<std::uintptr_t>(buffer.data() + buffer.size()) / large * large;
-  if (end > begin)
-    (void)madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);  // a hint, no more
-#endif
+  prefer_large_pages(buffer.data(), buffer.size() * sizeof(T));
   return buffer;
 }
 
