@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <thread>
 
@@ -39,7 +40,13 @@ std::string simd() {
 #endif
 }
 
+/// Of this program alone. What getrusage() says begins with the memory of the process that started it, which
+/// for a script that holds volumes is the larger one.
 std::int64_t peak_rss_bytes() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmHWM:")) return std::atoll(line.c_str() + 6) * 1024;
+  }
   struct rusage usage {};
   ::getrusage(RUSAGE_SELF, &usage);
   return static_cast<std::int64_t>(usage.ru_maxrss) * 1024;
@@ -133,13 +140,27 @@ std::size_t Record::phase_number(std::string_view name) {
   return phases.size() - 1;
 }
 
-void Record::count(std::string_view name, std::int64_t value) { data_->counts[std::string(name)] = value; }
-void Record::result(std::string_view name, const json& value) { data_->result[std::string(name)] = value; }
-void Record::error(std::string_view name, const json& value) { data_->error[std::string(name)] = value; }
-void Record::seed(std::uint64_t value) { data_->seed = value; }
-void Record::device(std::string_view name) { data_->device = std::string(name); }
-void Record::input(const std::filesystem::path& path) { data_->inputs.push_back(path.string()); }
-void Record::output(const std::filesystem::path& path) { data_->outputs.push_back(path.string()); }
+void Record::count(std::string_view name, std::int64_t value) {
+  data_->counts[std::string(name)] = value;
+}
+void Record::result(std::string_view name, const json& value) {
+  data_->result[std::string(name)] = value;
+}
+void Record::error(std::string_view name, const json& value) {
+  data_->error[std::string(name)] = value;
+}
+void Record::seed(std::uint64_t value) {
+  data_->seed = value;
+}
+void Record::device(std::string_view name) {
+  data_->device = std::string(name);
+}
+void Record::input(const std::filesystem::path& path) {
+  data_->inputs.push_back(path.string());
+}
+void Record::output(const std::filesystem::path& path) {
+  data_->outputs.push_back(path.string());
+}
 void Record::resolved(std::string_view name, const json& value) {
   data_->options[std::string(name)] = value;
   data_->content[std::string(name)] = value;
@@ -156,10 +177,13 @@ void Record::say(std::string_view message) const {
 }
 
 void Record::warn(std::string_view message) const {
-  std::fprintf(stderr, "%s: warning: %.*s\n", data_->tool.c_str(), static_cast<int>(message.size()), message.data());
+  std::fprintf(stderr, "%s: warning: %.*s\n", data_->tool.c_str(), static_cast<int>(message.size()),
+               message.data());
 }
 
-void Runner::show(Record& record, Progress* progress) { record.progress_ = progress; }
+void Runner::show(Record& record, Progress* progress) {
+  record.progress_ = progress;
+}
 
 void Runner::configure(Record& record, const Setup& setup, const CLI::App& app) {
   record.repeat_ = setup.repeat;
@@ -186,7 +210,11 @@ json Runner::to_json(const Record& record) {
           {"command", d.command},
           {"options", d.options},
           {"host",
-           {{"cpu", cpu_model()}, {"cores", std::thread::hardware_concurrency()}, {"threads", thread_count()}, {"simd", simd()}, {"device", d.device}}},
+           {{"cpu", cpu_model()},
+            {"cores", std::thread::hardware_concurrency()},
+            {"threads", thread_count()},
+            {"simd", simd()},
+            {"device", d.device}}},
           {"inputs", describe_files(d.inputs, d.checksum)},
           {"outputs", describe_files(d.outputs, d.checksum)},
           {"time_s", describe_times(d.phases, d.total.seconds())},

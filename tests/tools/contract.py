@@ -184,6 +184,11 @@ class Contract:
             json.loads(done.stderr)
         except ValueError:
             self.expect("--stats - writes JSON to standard error", False, done.stderr[:200])
+        if self.tool == "vol-info":
+            much = bytearray(b"x") * (600 << 20)  # getrusage() of a child begins with its parent's memory
+            self.run(command + " --stats stats.json", folder)
+            own = json.loads((folder / "stats.json").read_text())["peak_rss_bytes"]
+            self.expect("peak_rss_bytes is the tool's own", own < len(much) // 2, own)
         self.stats_on_a_full_disk(command, folder)
 
     def stats_on_a_full_disk(self, command, folder):
