@@ -1,11 +1,13 @@
 // isosurf-mc: isosurfaces of a volume as a triangle mesh.
 //   isosurf-mc head.nrrd --isovalue 90 -o head.ply
+//   isosurf-mc labels.nrrd --labels all -o region-{label}.ply
 //   isosurf-mc protein.nrrd --isovalue 0.2,-0.2 --close -o protein.obj --stats mesh.json
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "cli/naming.h"
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/volume_input.h"
@@ -14,6 +16,7 @@
 #include "isosurface/marching_cubes.h"
 #include "mesh/measures.h"
 #include "mesh/weld.h"
+#include "volume/labels.h"
 
 namespace {
 
@@ -24,7 +27,7 @@ struct Options {
   cli::VolumeInput input;
   std::filesystem::path output;
   std::vector<std::string> isovalue_texts;
-  std::vector<double> isovalues;
+  std::string labels;
   std::string type = "f32";
   isosurface::MarchingCubesOptions mesh;
   io::MeshWriteOptions write;
@@ -33,7 +36,9 @@ struct Options {
 
 void declare(CLI::App& app, Options& o) {
   cli::add_volume_input(app, o.input);
-  app.add_option("-o,--output", o.output, "Mesh (.ply .obj .stl); - is standard output")
+  app.add_option(
+         "-o,--output", o.output,
+         "Mesh (.ply .obj .stl); - is standard output; with {label} in the name a file for each of --labels")
       ->required()
       ->group("Files");
   app.add_option("--format", o.write.format, "ply, obj or stl [by extension; ply]")
@@ -41,12 +46,18 @@ void declare(CLI::App& app, Options& o) {
       ->group("Files");
 
   const char* surface = "Surface";
-  app.add_option("--isovalue", o.isovalue_texts,
-                 "Values of the surfaces, in the volume's units; VALUE or VALUE,VALUE,...")
-      ->required()
-      ->allow_extra_args(false)
-      ->take_all()
-      ->type_name("VALUE,...")
+  auto* isovalue = app.add_option("--isovalue", o.isovalue_texts,
+                                  "Values of the surfaces, in the volume's units; VALUE or VALUE,VALUE,...")
+                       ->allow_extra_args(false)
+                       ->take_all()
+                       ->type_name("VALUE,...")
+                       ->group(surface);
+  app.add_option(
+         "--labels", o.labels,
+         "The volume holds labels, whole numbers 0 to 255: the surface around each of these, where it "
+         "has half a share of a point by trilinear interpolation; LABEL,LABEL,... or all")
+      ->excludes(isovalue)
+      ->type_name("LABEL,...")
       ->group(surface);
   app.add_flag("--close", o.mesh.close, "Close the surface at the volume's border: all beyond is outside")
       ->group(surface);
@@ -93,8 +104,9 @@ json before_welding(const mesh::Topology& t) {
           {"non_manifold_vertices", t.non_manifold_vertices}};
 }
 
-/// The surface of one isovalue as it goes to the file; adds to the counts.
-mesh::TriangleMesh make_surface(const volume::Volume& volume, double isovalue, const Options& o, json& result,
+/// The surface of one isovalue as it goes to the file; adds its figures to an entry of the result, and the
+/// counts.
+mesh::TriangleMesh make_surface(const volume::Volume& volume, double isovalue, const Options& o, json& entry,
                                 std::map<std::string, std::int64_t>& counts, cli::Record& record) {
   auto surface =
       record.repeated("extract", [&] { return isosurface::marching_cubes(volume, isovalue, o.mesh); });
@@ -102,7 +114,6 @@ mesh::TriangleMesh make_surface(const volume::Volume& volume, double isovalue, c
   counts["active_cells"] += surface.counts.active_cells;
   counts["ambiguous_cells"] += surface.counts.ambiguous_cells;
   counts["tubes"] += surface.counts.tubes;
-  json entry{{"isovalue", isovalue}};
   mesh::Topology topology;
   if (!o.no_measures) topology = record.timed("measures", [&] { return mesh::topology(surface.mesh); });
   record.timed("round", [&] {
@@ -123,34 +134,86 @@ mesh::TriangleMesh make_surface(const volume::Volume& volume, double isovalue, c
   counts["triangles"] += static_cast<std::int64_t>(surface.mesh.triangles.size());
   if (!o.no_measures)
     entry.update(record.timed("measures", [&] { return measures(surface.mesh, topology); }));
-  result.push_back(std::move(entry));
   return std::move(surface.mesh);
 }
 
+constexpr const char* kLabelInName = "{label}";
+
+void write(const std::filesystem::path& path, const mesh::TriangleMesh& mesh, const Options& o,
+           cli::Record& record) {
+  const auto lost = record.timed("write", [&] { return io::write_mesh(path, mesh, o.write); });
+  for (const auto& sentence : lost) record.say(sentence);
+  record.output(path);
+}
+
+/// Surfaces one after the other, and where they go: all to one file, or each label's to its own.
+class Surfaces {
+ public:
+  Surfaces(Options& options, cli::Record& record)
+      : o_(options), record_(record), name_(options.output.string()), at_(name_.find(kLabelInName)) {}
+
+  void add(const volume::Volume& volume, const char* of, double number, double isovalue) {
+    json entry{{of, number}};
+    mesh::TriangleMesh surface = make_surface(volume, isovalue, o_, entry, counts_, record_);
+    result_.push_back(std::move(entry));
+    if (at_ != std::string::npos) {
+      std::string name = name_;
+      name.replace(at_, std::string(kLabelInName).size(), std::to_string(static_cast<int>(number)));
+      o_.write.attributes = record_.provenance();
+      return write(name, surface, o_, record_);
+    }
+    o_.write.parts.push_back({number, surface.positions.size(), surface.triangles.size()});
+    if (all_.positions.empty()) {
+      all_ = std::move(surface);
+    } else {
+      record_.timed("join", [&] { mesh::append(all_, surface); });
+    }
+  }
+
+  void finish() {
+    for (const auto& [name, n] : counts_) record_.count(name, n);
+    record_.result("surfaces", result_);
+    if (at_ != std::string::npos) return;
+    o_.write.attributes = record_.provenance();
+    write(o_.output, all_, o_, record_);
+  }
+
+ private:
+  Options& o_;
+  cli::Record& record_;
+  std::string name_;
+  std::size_t at_;  // of {label} in the name
+  json result_ = json::array();
+  std::map<std::string, std::int64_t> counts_;
+  mesh::TriangleMesh all_;
+};
+
 int work(Options& o, cli::Record& record) {
-  o.isovalues = cli::parse_numbers("--isovalue", o.isovalue_texts);
+  const bool by_label = !o.labels.empty();
+  if (o.isovalue_texts.empty() && !by_label) throw Error("--isovalue or --labels is required");
+  if (!by_label && o.output.string().find(kLabelInName) != std::string::npos) {
+    throw Error(std::string("-o: ") + kLabelInName + " in the name is for --labels");
+  }
+  const auto isovalues = cli::parse_numbers("--isovalue", o.isovalue_texts);
+  std::vector<int> labels;
+  if (by_label && o.labels != "all") labels = cli::parse_labels("--labels", o.labels);
   o.write.double_precision = o.type == "f64";
   o.mesh.normals = io::require_mesh_format(o.output, o.write) != "stl" && !o.no_normals;  // STL has none
   const volume::Volume volume = cli::load(o.input, record);
   o.mesh.memory_limit = io::ReadOptions::physical_memory();
-  json result = json::array();
-  std::map<std::string, std::int64_t> counts;
-  mesh::TriangleMesh all;
-  for (const double isovalue : o.isovalues) {
-    auto surface = make_surface(volume, isovalue, o, result, counts, record);
-    o.write.parts.push_back({isovalue, surface.positions.size(), surface.triangles.size()});
-    if (all.positions.empty()) {
-      all = std::move(surface);
-    } else {
-      record.timed("join", [&] { mesh::append(all, surface); });
+  Surfaces surfaces(o, record);
+  for (const double isovalue : isovalues) surfaces.add(volume, "isovalue", isovalue, isovalue);
+  if (by_label) {
+    o.write.part_name = "label";
+    const auto grid = cli::naming(
+        o.input.path, [&] { return record.timed("labels", [&] { return volume::label_grid(volume); }); });
+    if (o.labels == "all") labels = volume::labels_in(grid);
+    for (const int label : labels) {
+      const auto share = record.timed("labels", [&] { return volume::indicator(grid, label); });
+      surfaces.add(share, "label", label, 0.5);
     }
   }
-  for (const auto& [name, n] : counts) record.count(name, n);
-  record.result("surfaces", result);
-  o.write.attributes = record.provenance();
-  const auto lost = record.timed("write", [&] { return io::write_mesh(o.output, all, o.write); });
-  for (const auto& sentence : lost) record.say(sentence);
-  record.output(o.output);
+  surfaces.finish();
   return 0;
 }
 
@@ -159,7 +222,8 @@ int work(Options& o, cli::Record& record) {
 int main(int argc, char** argv) {
   CLI::App app{
       "Isosurfaces of a volume as a triangle mesh: marching cubes with the topology of the trilinear field.\n"
-      "Values at least the isovalue are inside, ties too; the mesh has no cracks, whatever the data."};
+      "Values at least the isovalue are inside, ties too; the mesh has no cracks, whatever the data.\n"
+      "With --labels the surfaces around the regions of a label volume."};
   Options options;
   declare(app, options);
   return cli::run(

@@ -89,6 +89,18 @@ std::vector<double> parse_numbers(const std::string& option, const std::vector<s
   return values;
 }
 
+std::vector<int> parse_labels(const std::string& option, const std::string& text) {
+  std::vector<int> labels;
+  for (const auto& part : split(text, ',')) {
+    int label = 0;
+    if (!parse(part, label) || label < 0 || label > 255) {
+      refuse(option, text, "labels, whole numbers from 0 to 255: LABEL,LABEL,...");
+    }
+    labels.push_back(label);
+  }
+  return labels;
+}
+
 Vec3 parse_colour(const std::string& option, const std::string& text) {
   const Vec3 colour = parse_vec3(option, text);
   if (colour.minCoeff() < 0 || colour.maxCoeff() > 1) refuse(option, text, "numbers from 0 to 1");

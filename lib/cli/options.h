@@ -18,6 +18,8 @@ namespace vol::cli {
 /// Finite numbers "A,B,..." in one text or several, in order; by hand, since CLI11 lets "1,,2" pass for two.
 [[nodiscard]] std::vector<double> parse_numbers(const std::string& option,
                                                 const std::vector<std::string>& texts);
+/// Labels "A,B,...", whole numbers from 0 to 255, in order.
+[[nodiscard]] std::vector<int> parse_labels(const std::string& option, const std::string& text);
 /// "R,G,B", or one number for grey; each 0 to 1.
 [[nodiscard]] Vec3 parse_colour(const std::string& option, const std::string& text);
 /// "AZIMUTH,ELEVATION" in degrees.

@@ -83,7 +83,7 @@ void SurfaceSet::load(Record& record) {
 }
 
 void SurfaceSet::prepare(const volume::Volume& volume, volume::Reconstruction reconstruction,
-                         const render::Scene& scene, Record& record) {
+                         const render::Scene& scene, const render::SplatRays* splats, Record& record) {
   record.timed("surfaces", [&] {
     surfaces_ = std::make_unique<render::Surfaces>(scene);
     for (std::size_t n = 0; n < isovalues_.size(); ++n) {
@@ -99,6 +99,7 @@ void SurfaceSet::prepare(const volume::Volume& volume, volume::Reconstruction re
       }
       surfaces_->add(*mesh_rays_.back(), mesh_looks_[n]);
     }
+    if (splats != nullptr) surfaces_->add(*splats);
   });
 }
 

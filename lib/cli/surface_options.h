@@ -36,9 +36,9 @@ class SurfaceSet {
   /// Reads the meshes (phase "read"), notes them among the record's inputs and counts their triangles; warns
   /// of a mesh that has none.
   void load(Record& record);
-  /// Prepares all for rays (phase "surfaces").
+  /// Prepares all for rays (phase "surfaces"), and splats among them, if there are any.
   void prepare(const volume::Volume& volume, volume::Reconstruction reconstruction,
-               const render::Scene& scene, Record& record);
+               const render::Scene& scene, const render::SplatRays* splats, Record& record);
   [[nodiscard]] const render::Surfaces& surfaces() const { return *surfaces_; }
 
  private:

@@ -107,4 +107,17 @@ Image false_colour(const Image& difference, double scale, DifferenceKind kind) {
   return result;
 }
 
+ChannelInColours channel_in_false_colours(const Image& picture, const std::string& channel) {
+  const auto from = picture.channel(channel);
+  if (!from) throw Error("the picture has no channel " + channel);
+  Image values(picture.width, picture.height, {channel});
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) values.at(x, y, 0) = picture.at(x, y, *from);
+  }
+  const double largest = largest_magnitude(values);
+  ChannelInColours shown{false_colour(values, largest > 0 ? largest : 1, DifferenceKind::absolute), largest};
+  shown.image.attributes = picture.attributes;
+  return shown;
+}
+
 }  // namespace vol::image

@@ -1,4 +1,5 @@
 #pragma once
+#include <string>
 #include <vector>
 
 #include "image/image.h"
@@ -24,5 +25,13 @@ enum class DifferenceKind {
 /// of matplotlib's inferno, CC0). Signed: blue at -scale over white to red at +scale (ColorBrewer's RdBu).
 /// Beyond the scale the end's colour; NaN is green. `scale` > 0.
 [[nodiscard]] Image false_colour(const Image& difference, double scale, DifferenceKind kind);
+
+/// One channel of a picture in false colours, its largest magnitude as the scale's end; with the picture's
+/// attributes. \throws vol::Error where there is no such channel
+struct ChannelInColours {
+  Image image;
+  double largest = 0;
+};
+[[nodiscard]] ChannelInColours channel_in_false_colours(const Image& picture, const std::string& channel);
 
 }  // namespace vol::image

@@ -77,7 +77,7 @@ void write_ply(OutputFile& out, const TriangleMesh& mesh, const MeshWriteOptions
   header += "element vertex " + std::to_string(mesh.positions.size()) + "\n";
   for (const char* axis : {"x", "y", "z"}) header += "property " + real + " " + axis + "\n";
   if (normals) header += "property float nx\nproperty float ny\nproperty float nz\n";
-  if (several) header += "property double isovalue\n";
+  if (several) header += "property double " + options.part_name + "\n";
   header += "element face " + std::to_string(mesh.triangles.size()) + "\nproperty list uchar " + index +
             " vertex_indices\nend_header\n";
   out.write(header);
@@ -91,7 +91,7 @@ void write_ply(OutputFile& out, const TriangleMesh& mesh, const MeshWriteOptions
     if (normals) to = put(to, mesh.normals[v]);
     if (several) {
       const auto part = std::upper_bound(ends.begin(), ends.end(), v) - ends.begin();
-      put(to, options.parts[static_cast<std::size_t>(part)].isovalue);
+      put(to, options.parts[static_cast<std::size_t>(part)].value);
     }
   });
   write_records(out, mesh.triangles.size(), 13,
@@ -136,8 +136,8 @@ void write_obj(OutputFile& out, const TriangleMesh& mesh, const MeshWriteOptions
   std::size_t part_end = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     while (options.parts.size() > 1 && part < options.parts.size() && t == part_end) {
-      text += "g isovalue_";
-      append_number(text, options.parts[part].isovalue);
+      text += "g " + options.part_name + "_";
+      append_number(text, options.parts[part].value);
       text += '\n';
       part_end += options.parts[part++].triangles;
     }
@@ -200,7 +200,7 @@ std::vector<std::string> write_mesh(const std::filesystem::path& path, const Tri
     write_stl(out, mesh);
     if (!mesh.normals.empty()) lost.push_back(output_name(path) + ": STL has no normals at vertices");
     if (options.parts.size() > 1)
-      lost.push_back(output_name(path) + ": STL does not tell one isovalue from another");
+      lost.push_back(output_name(path) + ": STL does not tell one " + options.part_name + " from another");
   }
   out.commit();
   return lost;

@@ -8,9 +8,9 @@
 
 namespace vol::io {
 
-/// A run of a mesh's vertices and triangles that belongs to one isovalue; runs follow one another.
+/// A run of a mesh's vertices and triangles that belongs to one isovalue or label; runs follow one another.
 struct MeshPart {
-  double isovalue = 0;
+  double value = 0;
   std::size_t vertices = 0;
   std::size_t triangles = 0;
 };
@@ -18,7 +18,8 @@ struct MeshPart {
 struct MeshWriteOptions {
   std::string format = {};           ///< "ply", "obj" or "stl"; empty: by extension, ply for standard output
   bool double_precision = false;     ///< positions as f64 (ply, obj); else f32
-  std::vector<MeshPart> parts = {};  ///< where there are several: ply has a property `isovalue`, obj groups
+  std::vector<MeshPart> parts = {};  ///< where there are several: ply has a property of this name, obj groups
+  std::string part_name = "isovalue";
   std::map<std::string, std::string> attributes = {};  ///< become comments (ply, obj)
 };
 

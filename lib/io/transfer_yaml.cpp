@@ -21,11 +21,6 @@ std::string read_text(const std::filesystem::path& path) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// IEC 61966-2-1.
-double linear_from_srgb(double v) {
-  return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
-}
-
 /// VTK's curve between two opacity points (vtkPiecewiseFunction): the midpoint m in (0, 1) is where half the
 /// rise is done, sharpness 0 is linear on both sides of it, 1 a step there.
 void append_vtk_curve(std::vector<transfer::OpacityPoint>& points, double x0, double y0, double x1, double y1,
@@ -64,7 +59,7 @@ transfer::TransferFunction parse_paraview(const std::string& text) {
   std::vector<transfer::ColourPoint> colours;
   for (std::size_t i = 0; i < rgb.size(); i += 4) {
     Vec3 colour;
-    for (int c = 0; c < 3; ++c) colour[c] = linear_from_srgb(rgb[i + 1 + static_cast<std::size_t>(c)]);
+    for (int c = 0; c < 3; ++c) colour[c] = linear_light(rgb[i + 1 + static_cast<std::size_t>(c)]);
     colours.push_back({rgb[i], colour});
   }
   std::vector<transfer::OpacityPoint> opacities;
@@ -119,6 +114,10 @@ transfer::BezierCurve parse_curve(const YAML::Node& node) {
 
 }  // namespace
 
+double linear_light(double v) {
+  return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+}
+
 YAML::Node load_yaml(const std::filesystem::path& path) {
   const std::string text = read_text(path);
   try {
@@ -152,7 +151,7 @@ std::optional<transfer::BezierTransfer> parse_bezier(const YAML::Node& node) {
     if (curve.has("colour")) {
       const auto rgb = YamlMap::numbers(curve["colour"], 3, "colour");
       colour = Vec3(rgb[0], rgb[1], rgb[2]);
-      if (srgb) colour = colour.unaryExpr(&linear_from_srgb);
+      if (srgb) colour = colour.unaryExpr(&linear_light);
     }
     bezier.bands.push_back({curve.get("name", std::string()), colour, parse_curve(curve["points"])});
   }
@@ -184,7 +183,7 @@ transfer::TransferFunction parse_transfer_function(const YAML::Node& node) {
   std::vector<transfer::OpacityPoint> opacities;
   rows("colours", 4, [&](const std::vector<double>& v) {
     Vec3 rgb(v[1], v[2], v[3]);
-    if (srgb) rgb = rgb.unaryExpr(&linear_from_srgb);
+    if (srgb) rgb = rgb.unaryExpr(&linear_light);
     colours.push_back({v[0], rgb});
   });
   rows("opacity", 2, [&](const std::vector<double>& v) { opacities.push_back({v[0], v[1]}); });

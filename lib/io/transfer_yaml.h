@@ -10,6 +10,8 @@ namespace vol::io {
 
 /// A YAML file of at most 1 MB; \throws vol::Error naming the file and the line of a syntax error.
 [[nodiscard]] YAML::Node load_yaml(const std::filesystem::path& path);
+/// A channel of an sRGB colour as linear light (IEC 61966-2-1).
+[[nodiscard]] double linear_light(double v);
 /// The map of a transfer function (io/scene.h says which keys).
 [[nodiscard]] transfer::TransferFunction parse_transfer_function(const YAML::Node& node);
 

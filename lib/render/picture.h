@@ -53,12 +53,13 @@ inline constexpr std::size_t kErrorChannel = 6;
 void redraw(const volume::FieldBounds& bounds, const Scene& scene, std::span<const PixelPosition> pixels,
             const RayCaster& cast, RenderResult& result);
 
-/// What raycast_plain and raycast_reference do to a ray. Refer to the field, the volume and the index, which
-/// must live longer.
+/// What raycast_plain and raycast_reference do to a ray. Refer to the field, the volume, the index
+/// and the labels, which must live longer.
 [[nodiscard]] RayCaster plain_caster(const FieldView& field, const Scene& scene, const RenderOptions& options,
                                      const index::IndexVolume* index = nullptr);
 [[nodiscard]] RayCaster plain_caster(const volume::Volume& volume, const Scene& scene,
-                                     const RenderOptions& options, const index::IndexVolume* index = nullptr);
+                                     const RenderOptions& options, const index::IndexVolume* index = nullptr,
+                                     const LabelledMedium* labels = nullptr);
 [[nodiscard]] RayCaster reference_caster(const FieldView& field, const Scene& scene,
                                          const RenderOptions& options);
 [[nodiscard]] RayCaster reference_caster(const volume::Volume& volume, const Scene& scene,
@@ -70,7 +71,8 @@ void redraw(const volume::FieldBounds& bounds, const Scene& scene, std::span<con
                                         const index::IndexVolume* index = nullptr);
 [[nodiscard]] MediumCaster plain_medium(const volume::Volume& volume, const Scene& scene,
                                         const RenderOptions& options,
-                                        const index::IndexVolume* index = nullptr);
+                                        const index::IndexVolume* index = nullptr,
+                                        const LabelledMedium* labels = nullptr);
 /// \param brightest  upper bound of what else than the medium is in the picture
 [[nodiscard]] MediumCaster reference_medium(const FieldView& field, const Scene& scene,
                                             const RenderOptions& options, double brightest = 0);

@@ -2,6 +2,7 @@
 #include "image/image.h"
 #include "index/index_volume.h"
 #include "render/field_view.h"
+#include "render/labelled_medium.h"
 #include "render/options.h"
 #include "volume/volume.h"
 
@@ -50,10 +51,13 @@ template <volume::FieldSampler F>
 }
 /// The same on a volume under options.reconstruction. With options.skip_empty (composite), a node is not
 /// sampled if no segment it bounds can be visible, by the range of the voxels around (visibility.h): without
-/// an index the picture is the same bit for bit. \throws vol::Error also on NaN or infinity in the volume.
+/// an index the picture is the same bit for bit. With labels, nodes are what these make of them, and where
+/// none is seen nothing is sampled: quadratures rectangle and trapezoid, no index. \throws vol::Error also on
+/// NaN or infinity in the volume.
 [[nodiscard]] RenderResult raycast_plain(const volume::Volume& volume, const Scene& scene,
                                          const RenderOptions& options,
-                                         const index::IndexVolume* index = nullptr);
+                                         const index::IndexVolume* index = nullptr,
+                                         const LabelledMedium* labels = nullptr);
 
 /// The truth: the integral itself, to options.tolerance, in double precision.
 ///

@@ -68,6 +68,7 @@ struct Context {
   RenderOptions options;
   RayBox box;
   const index::IndexVolume* index = nullptr;
+  const LabelledMedium* labels = nullptr;
   std::optional<GridField> grid = {};                ///< keeps `field` alive
   Dims dims{1, 1, 1};                                ///< of the grid
   std::optional<index::Macrocells> macrocells = {};  ///< where empty space is skipped
@@ -180,6 +181,10 @@ class CompositeRay {
     if (visit.sampled) return;
     visit.sampled = true;
     ++counts_.samples;
+    if (context_.labels) {
+      visit.node = context_.labels->node(walk_.position(visit.number), context_.field, transfer());
+      return;
+    }
     visit.node.value = context_.field.value(walk_.position(visit.number));
     visit.node.opacity = transfer().opacity(visit.node.value);
     visit.node.colour = transfer().colour(visit.node.value);
@@ -294,9 +299,22 @@ std::shared_ptr<const Context> context_of(const FieldView& field, const Scene& s
                   0);
 }
 
+/// Labels are known at nodes alone: what lies between two of them is not the value's way from one to the
+/// other.
+void require_labels_can_be_drawn(const Scene& scene, const RenderOptions& options,
+                                 const index::IndexVolume* index) {
+  if (scene.model != Model::composite) throw Error("labels are drawn by the model composite alone");
+  if (options.quadrature != Quadrature::rectangle && options.quadrature != Quadrature::trapezoid) {
+    throw Error("labels are drawn by the quadratures rectangle and trapezoid alone");
+  }
+  if (index) throw Error("an index of the field says nothing of its labels");
+}
+
 std::shared_ptr<const Context> context_of(const volume::Volume& volume, const Scene& scene,
-                                          const RenderOptions& options, const index::IndexVolume* index) {
+                                          const RenderOptions& options, const index::IndexVolume* index,
+                                          const LabelledMedium* labels) {
   (void)volume::value_range(volume);  // refuses NaN and infinity
+  if (labels) require_labels_can_be_drawn(scene, options, index);
   const volume::GridGeometry& geometry = volume.geometry();
   if (index && index->volume_dims() != geometry.dims) {
     throw Error("index volume was built for other dims than the volume's");
@@ -306,8 +324,12 @@ std::shared_ptr<const Context> context_of(const volume::Volume& volume, const Sc
                   .options = options,
                   .box = RayBox(field.view().bounds),
                   .index = index,
+                  .labels = labels,
                   .grid = field};
-  if (options.skip_empty && scene.model == Model::composite) {
+  if (options.skip_empty && labels) {
+    context.visibility.emplace(labels->visibility());
+    context.dims = geometry.dims;
+  } else if (options.skip_empty && scene.model == Model::composite) {
     context.macrocells.emplace(index::macrocells(volume, options.reconstruction));
     context.visibility.emplace(visibility(*context.macrocells, scene.transfer));
     context.dims = geometry.dims;
@@ -323,8 +345,8 @@ RayCaster plain_caster(const FieldView& field, const Scene& scene, const RenderO
 }
 
 RayCaster plain_caster(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
-                       const index::IndexVolume* index) {
-  return caster(context_of(volume, scene, options, index), scene);
+                       const index::IndexVolume* index, const LabelledMedium* labels) {
+  return caster(context_of(volume, scene, options, index, labels), scene);
 }
 
 MediumCaster plain_medium(const FieldView& field, const Scene& scene, const RenderOptions& options,
@@ -333,8 +355,8 @@ MediumCaster plain_medium(const FieldView& field, const Scene& scene, const Rend
 }
 
 MediumCaster plain_medium(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
-                          const index::IndexVolume* index) {
-  return medium(context_of(volume, scene, options, index), scene);
+                          const index::IndexVolume* index, const LabelledMedium* labels) {
+  return medium(context_of(volume, scene, options, index, labels), scene);
 }
 
 RenderResult raycast_plain(const FieldView& field, const Scene& scene, const RenderOptions& options,
@@ -343,9 +365,9 @@ RenderResult raycast_plain(const FieldView& field, const Scene& scene, const Ren
 }
 
 RenderResult raycast_plain(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
-                           const index::IndexVolume* index) {
+                           const index::IndexVolume* index, const LabelledMedium* labels) {
   return drawn(volume::field_bounds(volume.geometry()), scene, options,
-               plain_caster(volume, scene, options, index));
+               plain_caster(volume, scene, options, index, labels));
 }
 
 }  // namespace vol::render

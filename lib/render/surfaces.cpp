@@ -95,6 +95,11 @@ void Surfaces::add(const mesh::MeshRays& mesh, const SurfaceLook& look) {
   meshes_.push_back({&mesh, look, next_++});
 }
 
+void Surfaces::add(const SplatRays& splats) {
+  brightest_ = std::max(brightest_, light_.brightest()(splats.brightest()).maxCoeff());
+  splats_.push_back({&splats, {}, next_++});
+}
+
 void Surfaces::find(const camera::Ray& ray, const Chord* chord, std::vector<SurfaceHit>& hits,
                     RenderCounts& counts) const {
   hits.clear();
@@ -122,6 +127,10 @@ void Surfaces::find(const camera::Ray& ray, const Chord* chord, std::vector<Surf
       return end;
     });
   }
+  for (const auto& surface : splats_) {
+    const auto hit = surface.rays->first_hit(ray, t_min_);
+    if (hit && hit->t <= end) add(hit->t, hit->normal, {hit->colour, 1}, surface.number);
+  }
   std::sort(hits.begin(), hits.end(), [](const SurfaceHit& a, const SurfaceHit& b) {
     return a.t != b.t ? a.t < b.t : a.surface < b.surface;
   });
@@ -132,10 +141,14 @@ void Surfaces::find(const camera::Ray& ray, const Chord* chord, std::vector<Surf
 }
 
 HybridCaster hybrid_caster(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
-                           const Surfaces& surfaces, const index::IndexVolume* index) {
+                           const Surfaces& surfaces, const index::IndexVolume* index,
+                           const LabelledMedium* labels) {
+  if (labels && options.quadrature >= Quadrature::split) {
+    throw Error("labels are drawn by the quadratures rectangle and trapezoid alone");
+  }
   return hybrid(options.quadrature >= Quadrature::split
                     ? reference_medium(volume, scene, within_split_tolerance(options), surfaces.brightest())
-                    : plain_medium(volume, scene, options, index),
+                    : plain_medium(volume, scene, options, index, labels),
                 options, surfaces);
 }
 
@@ -149,9 +162,9 @@ HybridCaster hybrid_caster(const FieldView& field, const Scene& scene, const Ren
 
 RenderResult raycast_with_surfaces(const volume::Volume& volume, const Scene& scene,
                                    const RenderOptions& options, const Surfaces& surfaces,
-                                   const index::IndexVolume* index) {
+                                   const index::IndexVolume* index, const LabelledMedium* labels) {
   return drawn(volume::field_bounds(volume.geometry()), scene, options,
-               hybrid_caster(volume, scene, options, surfaces, index));
+               hybrid_caster(volume, scene, options, surfaces, index, labels));
 }
 
 RenderResult raycast_with_surfaces(const FieldView& field, const Scene& scene, const RenderOptions& options,

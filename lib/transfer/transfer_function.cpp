@@ -14,7 +14,8 @@ TransferFunction::TransferFunction(std::vector<ColourPoint> colours, std::vector
   require_ordered(colours_, "colour");
   require_ordered(opacities_, "opacity");
   for (const auto& p : colours_) {
-    if (!p.rgb.allFinite() || p.rgb.minCoeff() < 0) throw Error("colour with a component that is negative or not finite");
+    if (!p.rgb.allFinite() || p.rgb.minCoeff() < 0)
+      throw Error("colour with a component that is negative or not finite");
   }
   for (const auto& p : opacities_) {
     if (!(p.opacity >= 0 && p.opacity <= 1)) {
@@ -49,6 +50,10 @@ double TransferFunction::min_opacity(double lo, double hi) const {
     if (p.value >= lo && p.value <= hi) least = std::min(least, p.opacity);
   }
   return least;
+}
+
+TransferFunction grey_ramp(double lo, double hi) {
+  return {{{lo, Vec3::Zero()}, {hi, Vec3::Ones()}}, {{lo, 0}, {hi, 0.1}}};
 }
 
 }  // namespace vol::transfer

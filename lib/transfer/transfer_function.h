@@ -41,4 +41,7 @@ class TransferFunction {
   std::vector<double> breakpoints_;
 };
 
+/// Colour and opacity proportional to the value from lo to hi: black to white, opacity 0 to 0.1.
+[[nodiscard]] TransferFunction grey_ramp(double lo, double hi);
+
 }  // namespace vol::transfer

@@ -30,6 +30,14 @@ TEST(ParseNumbers, FiniteOnesFromAllTexts) {
   }
 }
 
+TEST(ParseLabels, WholeNumbersUpTo255) {
+  EXPECT_EQ(parse_labels("--labels", "3"), std::vector<int>{3});
+  EXPECT_EQ(parse_labels("--labels", "255,0,7"), (std::vector<int>{255, 0, 7}));
+  for (const char* bad : {"", "1,", ",1", "256", "-1", "1.5", "x", "1 2"}) {
+    EXPECT_THROW((void)parse_labels("--labels", bad), Error) << bad;
+  }
+}
+
 TEST(ParseColour, NumbersFromZeroToOne) {
   EXPECT_EQ(parse_colour("--colour", "0,0.5,1"), Vec3(0, 0.5, 1));
   EXPECT_EQ(parse_colour("--colour", "0.25"), Vec3(0.25, 0.25, 0.25));
