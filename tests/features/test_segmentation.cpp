@@ -155,6 +155,36 @@ TEST(Segmentation, NothingToTellApart) {
   EXPECT_THROW((void)train(field, {.labels = 257}), Error);
 }
 
+// Where there is nothing, all vectors are the same: one label, as far as neither the filters (4 taps on 2
+// levels: 10 voxels) nor the window (2 voxels wide, cut at a few) reach what there is.
+TEST(Segmentation, EmptyRegionsHaveOneLabel) {
+  volume::Volume volume = texture({40, 40, 80});
+  auto& grid = std::get<volume::Grid<float>>(volume.grid);
+  for (std::int64_t k = 0; k < 48; ++k) {
+    for (std::int64_t j = 0; j < 40; ++j) {
+      for (std::int64_t i = 0; i < 40; ++i) grid(i, j, k) = 0;
+    }
+  }
+  for (const auto method : {Method::self_organising_map, Method::k_means}) {
+    const auto labels =
+        segmented(transformed(volume, "daubechies-4", 2), {.method = method, .samples = 8000});
+    const auto& found = std::get<volume::Grid<std::uint8_t>>(labels.grid);
+    const int empty = found(20, 20, 24);
+    std::int64_t same_in_texture = 0;
+    for (std::int64_t k = 20; k < 80; ++k) {
+      for (std::int64_t j = 0; j < 40; ++j) {
+        for (std::int64_t i = 0; i < 40; ++i) {
+          if (k < 28) {
+            ASSERT_EQ(found(i, j, k), empty) << i << " " << j << " " << k;
+          }
+          if (k >= 56 && k < 72) same_in_texture += found(i, j, k) == empty;
+        }
+      }
+    }
+    EXPECT_EQ(same_in_texture, 0);
+  }
+}
+
 TEST(Segmentation, CodebookOfOtherFeaturesIsRefused) {
   const FeatureField two(transformed(texture({16, 16, 16}), "haar", 2), {}),
       one(transformed(texture({16, 16, 16}), "haar", 1), {});
