@@ -55,7 +55,7 @@ def agreement(asked, tools):
         found, seconds, topographic = [], [], []
         for seed in asked["seeds"]:
             tools.run(f"vol-dwt {seed}.nrrd -o c.vdb --wavelet {run['wavelet']} --levels {run['levels']} {kept}")
-            stats = tools.run(f"vol-segment c.vdb -o labels.nrrd --labels 4 --truth {seed}.truth.nrrd {run['options']}")
+            tools.run(f"vol-segment c.vdb -o labels.nrrd --labels 4 --truth {seed}.truth.nrrd {run['options']}")
             found.append(stats["result"]["adjusted_rand_index"])
             seconds.append(stats["time_s"]["compute"])
             topographic.append(stats["result"].get("topographic_error"))
@@ -96,9 +96,9 @@ def labels(settings, tools, path):
         entry = asked["datasets"][dataset]
         volume = (sweep.ROOT / sweep.volume(dataset, out)).resolve()
         tools.run(f"vol-dwt {volume} -o c.vdb --wavelet {base['wavelet']} --levels {base['levels']}")
-        stats = tools.run(f"vol-segment c.vdb -o labels.nrrd --features-output features.nrrd --labels {entry['labels']} {base['options']}")
-        camera = f"--scene {sweep.ROOT}/configs/scenes/{entry['scene']}.yaml" if "scene" in entry else f"--view {entry['view']}"
-        drawn = tools.run(f"vol-raycast {volume} --labels labels.nrrd --label-transfer {LOOKS} -o picture.png --size {asked['picture']} {camera}")
+        tools.run(f"vol-segment c.vdb -o labels.nrrd --features-output features.nrrd --labels {entry['labels']} {base['options']}")
+        draw = entry["draw"].replace("configs/", f"{sweep.ROOT}/configs/")
+        tools.run(f"vol-raycast {volume} --labels labels.nrrd -o picture.png --size {asked['picture']} {draw}")
         voxels, found = isosurface.read_nrrd(volume), isosurface.read_nrrd(tools.folder / "labels.nrrd")
         middle = len(voxels) // 2
         maps = {name: m[middle] for name, m in feature_maps(tools.folder / "features.nrrd", voxels).items()}
@@ -108,9 +108,9 @@ def labels(settings, tools, path):
             axes.imshow(picture, cmap=colour, origin="lower")
             bare(axes, title)
         line[4].imshow(found[middle], cmap=COLOURS, vmin=-0.5, vmax=7.5, interpolation="nearest", origin="lower")
-        bare(line[4], f"{entry['labels']} labels, {stats['time_s']['compute']:.2g} s")
+        bare(line[4], f"{entry['labels']} labels")
         line[5].imshow(plt.imread(tools.folder / "picture.png"))
-        bare(line[5], f"vol-raycast --labels, {sum(drawn['time_s']['phases']['render']):.2g} s")
+        bare(line[5], "vol-raycast --labels")
         rounds.say(f"{dataset}: labels and picture")
     figure.tight_layout(pad=0.3)
     figure.savefig(path, dpi=110, metadata={"Software": None})
@@ -127,10 +127,10 @@ def splats(asked, tools, path):
         "space: srgb\nlabels:\n" + "".join(line for line in LOOKS.read_text().splitlines(True) if line.startswith("  - [") and "[0," not in line))
     for line, support in zip(grid, supports):
         for axes, threshold in zip(line, thresholds):
-            stats = tools.run(f"vol-raycast volume.nrrd --labels labels.nrrd --label-transfer clear.yaml --splat {wanted['labels']} --splat-support {support}"
+            tools.run(f"vol-raycast volume.nrrd --labels labels.nrrd --label-transfer clear.yaml --splat {wanted['labels']} --splat-support {support}"
                               f" --splat-threshold {threshold} -o picture.png --size {wanted['size']} --view 30,20")
             axes.imshow(plt.imread(tools.folder / "picture.png"))
-            bare(axes, f"support {support}, threshold {threshold}, {sum(stats['time_s']['phases']['render']):.2g} s")
+            bare(axes, f"support {support}, threshold {threshold}")
         rounds.say(f"splats of support {support}")
     figure.tight_layout(pad=0.3)
     figure.savefig(path, dpi=110, metadata={"Software": None})

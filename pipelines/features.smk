@@ -16,7 +16,8 @@ rule table:
 
 rule labels:
     input:
-        FEATURES_CODE, "configs/transfer/labels.yaml", [f"{BIN}/{tool}" for tool in ("vol-dwt", "vol-segment", "vol-raycast")],
+        FEATURES_CODE, "configs/transfer/labels.yaml", "configs/transfer/label-tints.yaml",
+        [f"{BIN}/{tool}" for tool in ("vol-dwt", "vol-segment", "vol-raycast")],
         [volume(d) for d in DATASETS]
     output: f"{RESULTS}/labels.png"
     threads: ALL_CORES
