@@ -47,7 +47,7 @@ def plot(found, asked, folder):
     axes.set_ylim(0, 1)
     axes.set_ylabel("adjusted Rand index")
     axes.axhline(statistics.median(found[-1]["agreement"]), color="0.5", linewidth=1, linestyle=":", label="k-means of the values")
-    axes.legend(fontsize=7, loc="lower right")
+    axes.legend(fontsize=7, loc="lower center", bbox_to_anchor=(0.5, 1), ncol=3, frameon=False)  # over the bars, not before them
     for kind in ("svg", "png"):
         figure.savefig(folder / f"agreement.{kind}", dpi=110, metadata={"Date": None} if kind == "svg" else {"Software": None})
 
@@ -68,9 +68,10 @@ def main():
         writer.writerows(rows)
     said = []
     for keep in asked["wavelet_keeps"]:
-        best = max(wavelet_runs(found, asked, keep), key=lambda r: statistics.median(r["agreement"]))
+        # By the worst seed: medians differ by less than the seeds of one wavelet do.
+        best = sorted(wavelet_runs(found, asked, keep), key=lambda r: -min(r["agreement"]))[:3]
         what = "all coefficients" if keep == 1 else f"the {100 * keep:g} % most significant"
-        said.append(f"With {what} {best['wavelet']} serves best, {statistics.median(best['agreement']):.3f}.")
+        said.append(f"With {what}, by the worst seed: " + ", ".join(f"{r['wavelet']} {min(r['agreement']):.3f}" for r in best) + ".")
     edge, seeds = asked["edge"], ", ".join(str(s) for s in asked["seeds"])
     (folder / "table.md").write_text(
         "# Segmentation in wavelet space\n\n"
