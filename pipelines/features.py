@@ -55,7 +55,7 @@ def agreement(asked, tools):
         found, seconds, topographic = [], [], []
         for seed in asked["seeds"]:
             tools.run(f"vol-dwt {seed}.nrrd -o c.vdb --wavelet {run['wavelet']} --levels {run['levels']} {kept}")
-            tools.run(f"vol-segment c.vdb -o labels.nrrd --labels 4 --truth {seed}.truth.nrrd {run['options']}")
+            stats = tools.run(f"vol-segment c.vdb -o labels.nrrd --labels 4 --truth {seed}.truth.nrrd {run['options']}")
             found.append(stats["result"]["adjusted_rand_index"])
             seconds.append(stats["time_s"]["compute"])
             topographic.append(stats["result"].get("topographic_error"))
