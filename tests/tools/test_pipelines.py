@@ -96,15 +96,14 @@ class Pareto(unittest.TestCase):
 
 
 class Check(unittest.TestCase):
-    def verdict(self, committed, regenerated):
+    def verdict(self, committed, regenerated, tolerances="check: {samples: {relative: 0.001}, mse_truth: {relative: 0.01, absolute: 1.0e-6}}"):
         with tempfile.TemporaryDirectory() as folder:
             paths = []
             for name, table in (("old", committed), ("new", regenerated)):
                 rows = [dict(zip(records.KEY, key.split())) | figures for key, figures in table.items()]
                 paths.append(f"{folder}/{name}.csv")
                 records.write_csv(paths[-1], rows)
-            pathlib.Path(f"{folder}/sweep.yaml").write_text(
-                "check: {samples: {relative: 0.001}, mse_truth: {relative: 0.01, absolute: 1.0e-6}}")
+            pathlib.Path(f"{folder}/sweep.yaml").write_text(tolerances)
             saved, sys.argv = sys.argv, ["check", f"{folder}/sweep.yaml", paths[1], paths[0]]
             said = io.StringIO()
             try:
@@ -121,6 +120,17 @@ class Check(unittest.TestCase):
             got, said = self.verdict(committed, {self.ROW: {"samples": samples, "mse_truth": mse}})
             self.assertEqual(got, status, said)
             self.assertEqual("a s m w 3 q 1v:" in said, bool(status), said)
+
+    def test_words_and_missing_rows(self):
+        tolerances = "check: {samples: {equal: true}}\nevery_row: true"
+        two = {self.ROW: {"samples": "kept"}, "b s m w 3 q 1v": {"samples": "refused"}}
+        self.assertEqual(self.verdict(two, two, tolerances)[0], 0)
+        got, said = self.verdict(two, {**two, self.ROW: {"samples": "NOT KEPT"}}, tolerances)
+        self.assertEqual(got, 1)
+        self.assertIn("samples kept -> NOT KEPT", said)
+        got, said = self.verdict(two, {self.ROW: two[self.ROW]}, tolerances)
+        self.assertEqual(got, 1)
+        self.assertIn("b s m w 3 q 1v: not in the regenerated table", said)
 
     def test_a_row_that_nobody_committed(self):
         got, said = self.verdict({}, {self.ROW: {"samples": 1, "mse_truth": 0}})
