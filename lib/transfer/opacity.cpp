@@ -21,7 +21,9 @@ double mean_ramp_depth(double a0, double a1) {
   if (std::abs(r) < 0.05) {
     const double q = r * r;
     const double tail = q * (1.0 / 6 + q * (1.0 / 20 + q * (1.0 / 42 + q * (1.0 / 72 + q / 110))));
-    return -std::log1p(-0.5 * (a0 + a1)) + tail;
+    // The midpoint as the smaller of a and 1 - a, which keeps its digits: 1 - a is exact from 1/2 on.
+    const double u = 0.5 * (u0 + u1);
+    return (u < 0.5 ? -std::log(u) : -std::log1p(-0.5 * (a0 + a1))) + tail;
   }
   const auto u_log_u = [](double a) { return a >= 1 ? 0.0 : (1 - a) * std::log1p(-a); };
   return 1 + (u_log_u(a1) - u_log_u(a0)) / (u0 - u1);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <sstream>
 #include <type_traits>
 
 #include "base/error.h"
@@ -46,9 +47,11 @@ void require_headroom(const Wavelet& wavelet, const volume::Range& range, int le
   const double largest = std::max(std::abs(range.min), std::abs(range.max));
   const double bound = std::log2(largest) + 3 * levels * std::log2(std::max(gain, gain_g));
   if (largest > 0 && !(bound < std::log2(static_cast<double>(std::numeric_limits<T>::max())) - 4)) {
-    throw Error("values up to " + std::to_string(largest) + " could overflow " +
-                (sizeof(T) == 4 ? "float" : "double") + " coefficients at " + std::to_string(levels) +
-                " levels; " + (sizeof(T) == 4 ? "use double precision or rescale" : "rescale the volume"));
+    std::ostringstream message;
+    message << "values up to " << largest << " could overflow " << (sizeof(T) == 4 ? "float" : "double")
+            << " coefficients at " << levels << " levels; "
+            << (sizeof(T) == 4 ? "use double precision or rescale" : "rescale the volume");
+    throw Error(message.str());
   }
 }
 

@@ -52,5 +52,12 @@ TEST(MeanRampDepth, OpaqueEndIsFinite) {
   EXPECT_EQ(mean_ramp_depth(0, 0), 0);
 }
 
+// Ends of 20 and 21 half ulps from 1: their midpoint is no double, 1 minus it is. Three roundings of a depth of 34.
+TEST(MeanRampDepth, KeepsTheDigitsOfTransparenciesNearZero) {
+  const long double u0 = 20 * 0x1p-53L, u1 = 21 * 0x1p-53L;
+  const long double mean = 1 + (u1 * std::log(u1) - u0 * std::log(u0)) / (u0 - u1);
+  EXPECT_NEAR(mean_ramp_depth(1 - 20 * 0x1p-53, 1 - 21 * 0x1p-53), static_cast<double>(mean), 2e-14);
+}
+
 }  // namespace
 }  // namespace vol::transfer
