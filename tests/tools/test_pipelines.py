@@ -14,6 +14,7 @@ sys.path.insert(0, str(ROOT / "pipelines"))
 sys.path.insert(0, str(ROOT))
 import check  # noqa: E402
 import isosurface  # noqa: E402
+import orders  # noqa: E402
 import pareto  # noqa: E402
 import records  # noqa: E402
 import rounds  # noqa: E402
@@ -79,6 +80,27 @@ class Isosurface(unittest.TestCase):
             self.assertTrue(isosurface.runs_with(isosurface.Ours.name, threads))
             self.assertEqual(isosurface.runs_with(isosurface.ScikitImage.name, threads), threads == 1)
             self.assertEqual(isosurface.runs_with(isosurface.OpenVDB.name, threads), threads == cores)
+
+
+class Orders(unittest.TestCase):
+    def row(self, kind, over, error, order, **more):
+        return {"kind": kind, "over": over, "asymptotic": 3, "errors": [error(v) for v in over], "order": order, **more}
+
+    def test_slopes_of_powers_are_their_exponents(self):
+        for order in (1, 2, 4):
+            self.assertAlmostEqual(orders.slope(self.row("step", [2, 1, 0.5, 0.25], lambda h: 7 * h ** order, order)), order)
+            self.assertAlmostEqual(orders.slope(self.row("grid", [9, 17, 33], lambda n: (n - 1) ** -order, order)), order)
+            self.assertAlmostEqual(orders.slope(self.row("wavelet-levels", [3, 2, 1], lambda m: 2 ** (m * order), order)), order)
+        self.assertAlmostEqual(orders.slope(self.row("width", [2, 4, 6], lambda n: 10 ** (-0.9 * n), 0.9)), 0.9)
+
+    def test_only_the_finest_count(self):
+        row = self.row("step", [4, 1, 0.5, 0.25], lambda h: h ** 2 if h < 4 else 100, 2)
+        self.assertAlmostEqual(orders.slope(row), 2)
+
+    def test_below_theory_needs_a_reason(self):
+        for order, reason, verdict in ((2, {}, "kept"), (2.19, {}, "kept"), (2.21, {}, "BELOW"), (3, {"reason": "r"}, "explained"),
+                                       (1, {}, "kept")):
+            self.assertEqual(orders.verdict(self.row("step", [1, 0.5, 0.25], lambda h: h ** 2, order, **reason)), verdict)
 
 
 class Pareto(unittest.TestCase):
