@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "base/error.h"
+#include "cli/grid_input.h"
 #include "cli/run.h"
 #include "cli/sha256.h"
 #include "cli/volume_input.h"
@@ -25,6 +27,7 @@ struct Options {
   cli::VolumeInput input;
   int bins = 0;
   bool json = false, checksum = false;
+  cli::GridInput grid;
 };
 
 std::vector<double> list(const Vec3& v) {
@@ -148,8 +151,17 @@ void warn_of_ignored(const std::string& path, const char* holds, const Options& 
   record.warn(io::display_name(path) + ": holds " + holds + ", of which there is no " + words);
 }
 
+ordered_json examine_grid(const cli::GridInput& input, cli::Record& record) {
+  ordered_json info = {{"file", io::display_name(input.path)}, {"holds", "curvilinear grid"}};
+  info.update(cli::describe(input, cli::load(input, record), record));
+  return info;
+}
+
 ordered_json examine(const std::string& path, const Options& o, cli::Record& record) {
   io::InputFile file(path);
+  cli::GridInput grid = o.grid;
+  grid.path = path;
+  if (o.input.raw_dims.empty() && path != "-" && cli::is_grid(grid, file)) return examine_grid(grid, record);
   const bool vdb = o.input.raw_dims.empty() && io::is_vdb(file.peek(8));
   const std::string format(!o.input.raw_dims.empty() ? "raw" : vdb ? "OpenVDB" : io::volume_format(file));
   const std::int64_t bytes = file.size();
@@ -216,13 +228,24 @@ std::string one_line(const ordered_json& value) {
 void print_text(const ordered_json& info) {
   std::printf("%s\n", info["file"].get<std::string>().c_str());
   for (const auto& [key, value] : info.items()) {
-    if (key == "file" || key == "histogram" || key == "attributes" || key == "subbands") continue;
+    if (key == "file" || key == "histogram" || key == "attributes" || key == "subbands" || key == "blocks") {
+      continue;
+    }
     std::printf("  %-20s %s\n", key.c_str(), one_line(value).c_str());
   }
   if (info.contains("subbands")) {
     for (const auto& band : info["subbands"]) {
       std::printf("  %-20s %s, %s of %s kept\n", band["name"].get<std::string>().c_str(),
                   one_line(band["dims"]).c_str(), band["kept"].dump().c_str(), band["total"].dump().c_str());
+    }
+  }
+  if (info.contains("blocks")) {
+    std::size_t number = 0;
+    for (const auto& block : info["blocks"]) {
+      std::printf("  block %zu\n", number++);
+      for (const auto& [key, value] : block.items()) {
+        std::printf("    %-18s %s\n", key.c_str(), one_line(value).c_str());
+      }
     }
   }
   for (const auto& [key, value] : info["attributes"].items()) {
@@ -237,15 +260,16 @@ int main(int argc, char** argv) {
   Options o;
   CLI::App app{
       "Says what files hold: format, size, type, geometry, range, mean, provenance; of wavelet coefficients "
-      "the subbands, of spectra padding, filter and model.\n"
+      "the subbands, of spectra padding, filter and model, of curvilinear grids bounds, Jacobian, folded and "
+      "collapsed cells.\n"
       "--checksum adds a hash of the content, which does not depend on the file format."};
   app.add_option("files", o.files,
                  "Volumes, index volumes, coefficients or spectra (.nrrd .nhdr .mha .mhd .vti .vtk .nii .vdb "
-                 "or raw); "
-                 "- is standard input")
+                 "or raw), curvilinear grids (.vts, PLOT3D .xyz); - is standard input, not for grids")
       ->required()
       ->group("Files");
   cli::add_volume_options(app, o.input);
+  cli::add_grid_options(app, o.grid);
   app.add_option("--histogram", o.bins, "Count the voxels in this many equal intervals of the range; 0: none")
       ->check(CLI::Range(0, 65536))
       ->capture_default_str()

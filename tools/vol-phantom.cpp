@@ -10,7 +10,9 @@
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/volume_input.h"
+#include "curvilinear/phantom.h"
 #include "io/any_volume.h"
+#include "io/grid.h"
 #include "volume/analytic_field.h"
 #include "volume/analytic_texture.h"
 
@@ -22,7 +24,8 @@ struct Options {
   std::string name;
   std::filesystem::path output, labels_output;
   std::string format;
-  std::string dims = "64x64x64";
+  std::string dims;   // empty: 64x64x64, or what the grid phantom says
+  std::string field;  // empty: gaussian
   std::string spacing = "1";
   std::string origin = "0";
   std::string type = "f32";
@@ -37,17 +40,25 @@ std::string described_names() {
     text += "\n  " + std::string(name) + std::string(16 - std::min<std::size_t>(15, name.size()), ' ') +
             std::string(description);
   }
+  text += "\nCurvilinear grids (.vts):";
+  for (const auto& [name, description, dims] : curvilinear::phantom_names()) {
+    text += "\n  " + std::string(name) + std::string(17 - name.size(), ' ') +
+            std::string(description.substr(description.find(':') + 2)) + " [" + std::to_string(dims[0]) +
+            "x" + std::to_string(dims[1]) + "x" + std::to_string(dims[2]) + "]";
+  }
   return text;
 }
 
 void declare(CLI::App& app, Options& o) {
   std::vector<std::string> names;
   for (const auto& entry : volume::analytic_field_names()) names.emplace_back(entry.name);
+  const std::vector<std::string> fields = names;
+  for (const auto& entry : curvilinear::phantom_names()) names.emplace_back(entry.name);
   app.add_option("name", o.name, "Which field; the list stands below")
       ->required()
       ->check(CLI::IsMember(names))
       ->type_name("NAME");
-  app.add_option("-o,--output", o.output, "Volume; format by extension; - is standard output")
+  app.add_option("-o,--output", o.output, "Volume or grid (.vts); format by extension; - is standard output")
       ->required()
       ->group("Files");
   app.add_option("--format", o.format, "Format where the extension does not say: nrrd, mha, vti, vdb, raw")
@@ -56,8 +67,7 @@ void declare(CLI::App& app, Options& o) {
                  "Of texture: a second volume, u8, the region of every voxel")
       ->group("Files");
   app.add_flag("--compress", o.compress, "zlib, where the format has it")->group("Files");
-  app.add_option("--dims", o.dims, "Samples along x, y, z, or one number for a cube")
-      ->capture_default_str()
+  app.add_option("--dims", o.dims, "Samples along x, y, z, or one number for a cube [64; a grid has its own]")
       ->group("Grid");
   app.add_option("--spacing", o.spacing, "World distance between samples: x,y,z or one number")
       ->capture_default_str()
@@ -77,13 +87,40 @@ void declare(CLI::App& app, Options& o) {
       ->expected(2)
       ->type_name("LO,HI")
       ->group("Values");
+  app.add_option("--field", o.field,
+                 "Field at the points of a curvilinear grid, of the list below [gaussian]")
+      ->check(CLI::IsMember(fields))
+      ->type_name("NAME")
+      ->group("Values");
   app.add_option("--seed", o.seed, "Seed of gaussians, protein, noise and texture")
       ->check(cli::check_whole_number)
       ->capture_default_str()
       ->group("Values");
 }
 
+bool is_grid(const std::string& name) {
+  const auto& all = curvilinear::phantom_names();
+  return std::any_of(all.begin(), all.end(), [&](const auto& phantom) { return phantom.name == name; });
+}
+
+int make_grid(const Options& o, cli::Record& record) {
+  io::require_grid_output(o.output);
+  const Dims dims = o.dims.empty() ? Dims{0, 0, 0} : cli::parse_dims("--dims", o.dims);
+  const std::string field = o.field.empty() ? "gaussian" : o.field;
+  auto grid =
+      record.repeated("sample", [&] { return curvilinear::make_phantom(o.name, dims, field, o.seed); });
+  record.seed(o.seed);
+  record.count("cells", grid.cell_count());
+  for (const auto& [key, value] : record.provenance()) grid.attributes[key] = value;
+  for (const auto& lost : record.timed("write", [&] { return io::write_grid(o.output, grid); }))
+    record.warn(lost);
+  record.output(o.output);
+  return 0;
+}
+
 int make_phantom(const Options& o, cli::Record& record) {
+  if (is_grid(o.name)) return make_grid(o, record);
+  if (!o.field.empty()) throw Error("--field goes with curvilinear grids; " + o.name + " is a field itself");
   io::require_volume_output(o.output, o.format);
   if (!o.labels_output.empty()) {
     if (o.name != "texture") throw Error("--labels-output: " + o.name + " has no regions; texture has");
@@ -91,7 +128,7 @@ int make_phantom(const Options& o, cli::Record& record) {
   }
   volume::AnalyticOptions options;
   options.seed = o.seed;
-  options.geometry.dims = cli::parse_dims("--dims", o.dims);
+  options.geometry.dims = cli::parse_dims("--dims", o.dims.empty() ? "64" : o.dims);
   options.geometry.spacing = cli::parse_vec3("--spacing", o.spacing);
   options.geometry.origin = cli::parse_vec3("--origin", o.origin);
   const volume::VoxelType type = volume::voxel_type_from_name(o.type);
@@ -119,9 +156,10 @@ int make_phantom(const Options& o, cli::Record& record) {
 
 int main(int argc, char** argv) {
   CLI::App app{
-      "Writes a volume sampled from a field that is known in closed form, on the box spanned by the "
-      "outermost "
-      "samples.\nFloating-point types hold the field itself; integer types are scaled to their range."};
+      "Writes a volume, on the box spanned by the outermost samples, or a curvilinear grid, of a field that "
+      "is known "
+      "in closed form.\nFloating-point types hold the field itself; integer types are scaled to their "
+      "range."};
   Options o;
   declare(app, o);
   app.footer(described_names());

@@ -1,0 +1,161 @@
+#include "curvilinear/solid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+
+namespace vol::curvilinear {
+namespace {
+
+/// Cubic Bernstein polynomials at u, and their derivatives.
+struct Basis {
+  double b[4], d[4];
+  explicit Basis(double u) {
+    const double v = 1 - u;
+    b[0] = v * v * v;
+    b[1] = 3 * u * v * v;
+    b[2] = 3 * u * u * v;
+    b[3] = u * u * u;
+    d[0] = -3 * v * v;
+    d[1] = 3 * v * (v - 2 * u);
+    d[2] = 3 * u * (2 * v - u);
+    d[3] = 3 * u * u;
+  }
+};
+
+Point4 mixed(const double (&w)[4], const Point4& p0, const Point4& p1, const Point4& p2, const Point4& p3) {
+  return w[0] * p0 + w[1] * p1 + w[2] * p2 + w[3] * p3;
+}
+
+/// Adds weight times the derivative D of sample i (0 .. count-1 of those at hand, all `points` there are) to
+/// a row.
+void add_derivative(double (&row)[4], std::int64_t i, std::int64_t points, std::int64_t first,
+                    double weight) {
+  const auto add = [&](std::int64_t sample, double x) { row[sample - first] += weight * x; };
+  if (points == 2) {
+    add(0, -1);
+    add(1, 1);
+  } else if (i == 0) {
+    add(0, -1.5);
+    add(1, 2);
+    add(2, -0.5);
+  } else if (i == points - 1) {
+    add(points - 1, 1.5);
+    add(points - 2, -2);
+    add(points - 3, 0.5);
+  } else {
+    add(i + 1, 0.5);
+    add(i - 1, -0.5);
+  }
+}
+
+}  // namespace
+
+Point4 Solid::operator()(const Vec3& u) const {
+  const Basis x(u[0]), y(u[1]), z(u[2]);
+  Point4 sum = Point4::Zero();
+  for (std::size_t t = 0; t < 4; ++t) {
+    for (std::size_t s = 0; s < 4; ++s) {
+      const Point4* row = &b[4 * (s + 4 * t)];
+      sum += z.b[t] * y.b[s] * mixed(x.b, row[0], row[1], row[2], row[3]);
+    }
+  }
+  return sum;
+}
+
+Point4 Solid::operator()(const Vec3& u, Eigen::Matrix<double, 4, 3>& d) const {
+  const Basis x(u[0]), y(u[1]), z(u[2]);
+  Point4 sum = Point4::Zero();
+  d.setZero();
+  for (std::size_t t = 0; t < 4; ++t) {
+    Point4 plane = Point4::Zero(), plane_u = Point4::Zero(), plane_v = Point4::Zero();
+    for (std::size_t s = 0; s < 4; ++s) {
+      const Point4* row = &b[4 * (s + 4 * t)];
+      const Point4 along = mixed(x.b, row[0], row[1], row[2], row[3]);
+      plane += y.b[s] * along;
+      plane_v += y.d[s] * along;
+      plane_u += y.b[s] * mixed(x.d, row[0], row[1], row[2], row[3]);
+    }
+    sum += z.b[t] * plane;
+    d.col(0) += z.b[t] * plane_u;
+    d.col(1) += z.b[t] * plane_v;
+    d.col(2) += z.d[t] * plane;
+  }
+  return sum;
+}
+
+Box3 Solid::hull() const {
+  Box3 box{b[0].head<3>(), b[0].head<3>()};
+  for (const Point4& p : b) {
+    box.min = box.min.cwiseMin(p.head<3>());
+    box.max = box.max.cwiseMax(p.head<3>());
+  }
+  return box;
+}
+
+CurveWeights curve_weights(std::int64_t cell, std::int64_t points, CellKind kind, double beta) {
+  CurveWeights c;
+  c.first = std::clamp<std::int64_t>(cell - 1, 0, std::max<std::int64_t>(0, points - 4));
+  c.count = static_cast<int>(std::min<std::int64_t>(4, points));
+  const std::int64_t at = cell - c.first;
+  c.w[0][at] = c.w[1][at] = 1;
+  c.w[2][at + 1] = c.w[3][at + 1] = 1;
+  if (kind == CellKind::trilinear) {
+    c.w[1][at] = c.w[2][at + 1] = 2.0 / 3;
+    c.w[1][at + 1] = c.w[2][at] = 1.0 / 3;
+  } else {
+    add_derivative(c.w[1], cell, points, c.first, beta / 3);
+    add_derivative(c.w[2], cell + 1, points, c.first, -beta / 3);
+  }
+  return c;
+}
+
+Solids::Solids(const Block& block, std::span<const double> values, CellKind kind, double beta)
+    : block_(&block), values_(values), kind_(kind), beta_(beta) {
+  if (!(beta > 0 && std::isfinite(beta))) throw Error("beta must be positive and finite");
+  if (!values.empty() && values.size() != block.points.size()) {
+    throw Error("solids need one value a point of their block");
+  }
+}
+
+Solid Solids::operator()(const Dims& cell) const {
+  CurveWeights c[3];
+  for (std::size_t a = 0; a < 3; ++a) c[a] = curve_weights(cell[a], block_->dims[a], kind_, beta_);
+  const int nx = c[0].count, ny = c[1].count, nz = c[2].count;
+  Point4 samples[4], along_x[4][4][4], along_y[4][4][4];  // [z][y][x]
+  for (int k = 0; k < nz; ++k) {
+    for (int j = 0; j < ny; ++j) {
+      const std::size_t row = block_->offset(c[0].first, c[1].first + j, c[2].first + k);
+      for (int i = 0; i < nx; ++i) {
+        const std::size_t n = row + static_cast<std::size_t>(i);
+        samples[i] << block_->points[n], values_.empty() ? 0.0 : values_[n];
+      }
+      for (int r = 0; r < 4; ++r) {
+        along_x[k][j][r] = c[0].w[r][0] * samples[0];
+        for (int i = 1; i < nx; ++i) along_x[k][j][r] += c[0].w[r][i] * samples[i];
+      }
+    }
+  }
+  for (int k = 0; k < nz; ++k) {
+    for (int s = 0; s < 4; ++s) {
+      for (int r = 0; r < 4; ++r) {
+        along_y[k][s][r] = c[1].w[s][0] * along_x[k][0][r];
+        for (int j = 1; j < ny; ++j) along_y[k][s][r] += c[1].w[s][j] * along_x[k][j][r];
+      }
+    }
+  }
+  Solid solid;
+  for (int t = 0; t < 4; ++t) {
+    for (int s = 0; s < 4; ++s) {
+      for (int r = 0; r < 4; ++r) {
+        Point4& b = solid.b[static_cast<std::size_t>(r + 4 * (s + 4 * t))];
+        b = c[2].w[t][0] * along_y[0][s][r];
+        for (int k = 1; k < nz; ++k) b += c[2].w[t][k] * along_y[k][s][r];
+      }
+    }
+  }
+  return solid;
+}
+
+}  // namespace vol::curvilinear
