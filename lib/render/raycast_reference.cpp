@@ -13,12 +13,9 @@
 #include "volume/grid_sampler.h"
 
 namespace vol::render {
-namespace {
 
-/// Hands the pieces of a chord to a sink; \returns evaluations of the field that this took itself.
-using PieceSource = std::function<std::int64_t(const camera::Ray&, const Chord&, const PieceSink&)>;
-
-Pixel xray(const camera::Ray& ray, const Chord& chord, const PieceSource& pieces, RenderCounts& counts) {
+Pixel reference_xray(const camera::Ray& ray, const Chord& chord, const PieceSource& pieces,
+                     RenderCounts& counts) {
   CompensatedSum sum;
   double magnitude = 0;
   counts.samples += pieces(ray, chord, [&](const RayPiece& piece) {
@@ -31,8 +28,8 @@ Pixel xray(const camera::Ray& ray, const Chord& chord, const PieceSource& pieces
   return {Vec3::Constant(sum.value()), 1, std::numeric_limits<double>::infinity(), 1e-14 * magnitude};
 }
 
-Pixel mip(const camera::Ray& ray, const Chord& chord, const PieceSource& pieces, double tolerance,
-          RenderCounts& counts) {
+Pixel reference_mip(const camera::Ray& ray, const Chord& chord, const PieceSource& pieces, double tolerance,
+                    RenderCounts& counts) {
   double most = -std::numeric_limits<double>::infinity();
   double depth = 0;
   double error = 0;
@@ -49,6 +46,8 @@ Pixel mip(const camera::Ray& ray, const Chord& chord, const PieceSource& pieces,
   });
   return {Vec3::Constant(most), 1, depth, error};
 }
+
+namespace {
 
 MediumCaster medium(const FieldView& field, PieceSource pieces, const Scene& scene,
                     const RenderOptions& options, double smallest_spacing, double else_brightest) {
@@ -82,13 +81,13 @@ RayCaster caster(const FieldView& field, PieceSource pieces, const Scene& scene,
   require_valid(options);
   if (scene.model == Model::xray) {
     return [pieces = std::move(pieces)](const camera::Ray& ray, const Chord& chord, RenderCounts& counts) {
-      return xray(ray, chord, pieces, counts);
+      return reference_xray(ray, chord, pieces, counts);
     };
   }
   if (scene.model == Model::mip) {
     return [pieces = std::move(pieces), tolerance = options.tolerance](
                const camera::Ray& ray, const Chord& chord, RenderCounts& counts) {
-      return mip(ray, chord, pieces, tolerance, counts);
+      return reference_mip(ray, chord, pieces, tolerance, counts);
     };
   }
   return [medium = medium(field, std::move(pieces), scene, options, smallest_spacing, 0)](

@@ -11,6 +11,16 @@
 
 namespace vol::render {
 
+/// Hands the pieces of a chord to a sink; \returns evaluations of the field that this took itself.
+using PieceSource = std::function<std::int64_t(const camera::Ray&, const Chord&, const PieceSink&)>;
+
+/// Models xray and mip of a chord's pieces: their integral in closed form; the largest value, to `tolerance`
+/// times the largest |f|.
+[[nodiscard]] Pixel reference_xray(const camera::Ray& ray, const Chord& chord, const PieceSource& pieces,
+                                   RenderCounts& counts);
+[[nodiscard]] Pixel reference_mip(const camera::Ray& ray, const Chord& chord, const PieceSource& pieces,
+                                  double tolerance, RenderCounts& counts);
+
 /// The emission-absorption integral of one ray, front to back over polynomial pieces of the field:
 ///   I = integral of c sigma_t T ds,  T = exp(-integral of sigma_t),  sigma_t = -log1p(-a) / reference
 ///   length.

@@ -1,0 +1,22 @@
+#pragma once
+#include "curvilinear/ray_solids.h"
+#include "render/raycast.h"
+
+namespace vol::curvilinear {
+
+/// The reference picture of a curvilinear grid: the emission-absorption integral itself along every camera
+/// ray, to options.tolerance, in double precision (render/reference_integral.h); xray and mip as well.
+///
+/// A ray is cut where it passes from solid to solid (SolidRays); inside, the field is fitted by polynomials
+/// of t (SolidPath) to a thousandth of the tolerance, on the scale of the shorter of the values' range and
+/// the shortest distance of two of the transfer function's points. Solids that the transfer function makes
+/// invisible are passed over. Steps and early termination play no part. The camera looks at the box of the
+/// grid's points; solids that bulge beyond it are seen too.
+///
+/// \param options  width, height, tolerance, image_step, image_tolerance; the rest plays no part
+/// \returns channels and counts as raycast_reference; the same whatever the number of threads
+/// \throws vol::Error on options out of range, and for composite on a scene without reference_length
+[[nodiscard]] render::RenderResult cast_solids(const SolidRays& rays, const render::Scene& scene,
+                                               const render::RenderOptions& options);
+
+}  // namespace vol::curvilinear
