@@ -41,6 +41,7 @@ SMALL = {
     "vol-segment": "{coefficients} -o out.nrrd --labels 3",
     "isosurf-ray": "{volume} --isovalue 0.5 -o out.exr --size 16x16",
     "wavelet-raycast": "{coefficients} -o out.exr --size 16x16",
+    "curv-tricubic": "{grid} -o out.exr --size 16x16",
 }
 LONG = {
     "vol-phantom": "protein --dims 400x400x400 --type f64 -o out.nrrd",
@@ -53,12 +54,14 @@ LONG = {
     "isosurf-mc": "{big} --isovalue " + ",".join(f"{n / 40}" for n in range(1, 40)) + " -o out.obj",
     "isosurf-ray": "{volume} --isovalue 0.5 -o out.exr --size 4096x4096 --reconstruction catmull-rom",
     "wavelet-raycast": "{coefficients} -o out.exr --size 4096x4096",
+    "curv-tricubic": "{grid} -o out.exr --size 4096x4096 --throttle 0.1",
 }
 READS = {  # an input of the kind the tool wants, by the placeholder above
     "vol-info": "volume", "vol-convert": "volume", "vol-compare": "volume", "vol-dwt": "volume",
     "vol-index": "coefficients", "vol-raycast": "volume", "img-compare": "image",
     "vol-fft": "volume", "tf-fit": "profile", "fvr-slice": "spectrum", "fvr-slice-gpu": "spectrum",
     "isosurf-mc": "volume", "isosurf-ray": "volume", "wavelet-raycast": "coefficients", "vol-segment": "coefficients",
+    "curv-tricubic": "grid",
 }
 MAKE = {
     "volume": ("volume.nrrd", "vol-phantom marschner-lobb --dims 17x16x15 -o volume.nrrd"),
@@ -66,6 +69,7 @@ MAKE = {
     "coefficients": ("coefficients.vdb", "vol-phantom marschner-lobb --dims 17x16x15 -o - | vol-dwt - -o coefficients.vdb"),
     "spectrum": ("spectrum.nrrd", "vol-phantom marschner-lobb --dims 17x16x15 -o - | vol-fft - -o spectrum.nrrd"),
     "profile": ("profile.csv", "printf 'value,weight\\n0,0\\n50,0\\n60,1\\n80,1\\n100,0\\n' > profile.csv"),
+    "grid": ("grid.vts", "vol-phantom twisted-box --dims 5x4x6 -o grid.vts"),
     "image": ("image.exr", "vol-phantom marschner-lobb --dims 17x16x15 -o - | vol-raycast - -o image.exr --size 16x16"),
 }
 

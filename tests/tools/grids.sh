@@ -21,8 +21,8 @@ says twisted-box.vts "collapsed_cells 0"
 echo "2 2 2  0 1 0 1 0 1 0 1  2*0 2*1 2*0 2*1  4*0 4*1" >cube.xyz
 says cube.xyz "volume 1.0"
 echo "2 2 2  0.5 0 1 0  8*1 8*2 8*0 8*0 8*4" >cube.q
-# p = 0.4 (4 - 2^2 / 2) = 0.8
-"$bin/vol-info" cube.xyz --solution cube.q --variable pressure | tr -s ' ' | grep -q "max 0.8" || fail "pressure of a uniform flow"
+# p = 0.4 (4 - 2^2 / 2) = 0.8, but for rounding: 1.4 - 1 is not 0.4
+"$bin/vol-info" cube.xyz --solution cube.q --variable pressure | tr -s ' ' | grep -qE "max 0\.(8|79999999999)" || fail "pressure of a uniform flow"
 cp cube.xyz cube.bin && "$bin/vol-info" cube.bin --plot3d auto >/dev/null || fail "--plot3d asks for a grid"
 
 echo "2 2 2  0.5 0 1 0  8*1 8*2 8*0 8*0 8*0" >cold.q

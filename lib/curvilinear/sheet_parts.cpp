@@ -1,0 +1,77 @@
+#include "curvilinear/sheet_parts.h"
+
+#include <algorithm>
+
+#include "curvilinear/forward_difference.h"
+
+namespace vol::curvilinear {
+
+TransferTable::TransferTable(const transfer::TransferFunction& transfer, double thinned_by) {
+  const double low = transfer.breakpoints().front(), high = transfer.breakpoints().back();
+  const auto add = [&](double value) {
+    const Vec3 c = transfer.colour(value);
+    entries_.push_back({static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2]),
+                        static_cast<float>(-std::log1p(-transfer.opacity(value)) / thinned_by)});
+  };
+  low_ = static_cast<float>(low);
+  high_ = static_cast<float>(high);
+  entries_.reserve(kEntries + 3);
+  add(std::nextafter(low, -std::numeric_limits<double>::infinity()));
+  if (high_ > low_) {
+    scale_ = static_cast<float>(kEntries) / (high_ - low_);
+    // Rounding may take a value just below the end one step too far: there is one more.
+    for (int n = 0; n <= kEntries; ++n) {
+      add(std::min(high, low + (high - low) * (n + 0.5) / kEntries));
+    }
+  }
+  add(high);
+}
+
+Solid oriented(const Solid& seen, const Screen& screen) {
+  Eigen::Matrix<double, 4, 3> d;
+  const Vec3 centre = seen(Vec3(0.5, 0.5, 0.5), d).head<3>();
+  const Vec3 ray = screen.direction(centre);
+  int depth_axis = 2;
+  double largest = -1, forward = 1;
+  const double jacobian = d.topRows<3>().determinant();
+  for (int a = 0; a < 3; ++a) {
+    const Vec3 du = d.col((a + 1) % 3).head<3>(), dv = d.col((a + 2) % 3).head<3>();
+    const double area = du.cross(dv).dot(ray);
+    if (std::abs(area) > largest) {
+      largest = std::abs(area);
+      depth_axis = a;
+      // The parameter grows along the ray by area / jacobian a length.
+      forward = jacobian != 0 ? area * jacobian : d.col(a).head<3>().dot(ray);
+    }
+  }
+  constexpr std::size_t kStride[3] = {1, 4, 16};
+  const std::size_t u = kStride[(depth_axis + 1) % 3], v = kStride[(depth_axis + 2) % 3],
+                    w = kStride[depth_axis];
+  Solid put;
+  for (std::size_t n = 0; n < 64; ++n) {
+    const std::size_t t = n / 16;
+    put.b[n] = seen.b[u * (n % 4) + v * (n / 4 % 4) + w * (forward < 0 ? 3 - t : t)];
+  }
+  return put;
+}
+
+Extents extents(const Solid& seen, const Screen& screen) {
+  Extents e;
+  std::array<Eigen::Vector2d, 64> image;
+  for (std::size_t n = 0; n < 64; ++n) image[n] = screen.project(seen.b[n].head<3>());
+  for (std::size_t a = 0, stride = 1; a < 3; ++a, stride *= 4) {
+    for (std::size_t n = 0; n < 64; ++n) {
+      if (n / stride % 4 == 3) continue;
+      const Vec3 step = (seen.b[n + stride] - seen.b[n]).head<3>();
+      e.across[a] = std::max(e.across[a], 3 * (image[n + stride] - image[n]).cwiseAbs().maxCoeff());
+      e.length[a] = std::max(e.length[a], 3 * screen.pixels(seen.b[n].head<3>()) * step.norm());
+    }
+  }
+  return e;
+}
+
+int step_count(double extent, double throttle) {
+  return static_cast<int>(std::clamp(std::ceil(extent / throttle), 1.0, static_cast<double>(kMostSteps)));
+}
+
+}  // namespace vol::curvilinear

@@ -1,0 +1,99 @@
+#pragma once
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "curvilinear/screen.h"
+#include "curvilinear/sheets.h"
+
+// Private to lib/curvilinear: what both ways of drawing sheets stand on.
+namespace vol::curvilinear {
+
+/// 1 - exp(-x) for x >= 0, infinity included; float, relative error some eps.
+inline float opacity_of_depth(float x) {
+  if (x < 0.125F) {  // the first term left out is x^7 / 5040, relatively 1e-9
+    return x * (1 - x / 2 * (1 - x / 3 * (1 - x / 4 * (1 - x / 5 * (1 - x / 6)))));
+  }
+  return -std::expm1(-x);
+}
+
+/// Colour and optical depth phi(a) = -log1p(-a) by value: even steps between the first and the last break of
+/// the transfer function, the value at each step's middle; what lies outside exactly.
+class TransferTable {
+ public:
+  struct Entry {
+    float r, g, b, depth;
+  };
+  TransferTable(const transfer::TransferFunction& transfer, double thinned_by);
+  [[nodiscard]] const Entry& operator()(float value) const {
+    if (!(value > low_)) return entries_.front();
+    if (value >= high_) return entries_.back();
+    return entries_[1 + static_cast<std::size_t>((value - low_) * scale_)];
+  }
+
+ private:
+  static constexpr int kEntries = 1 << 14;
+  std::vector<Entry> entries_;
+  float low_, high_, scale_ = 0;
+};
+
+/// Rows [top, bottom) of the picture while it is drawn, front to back.
+struct Band {
+  struct Pixel {
+    float r = 0, g = 0, b = 0, transmittance = 1;
+    std::int32_t sheet = 0;  ///< the last that drew here
+    std::int32_t samples = 0;
+  };
+  int width, top, bottom;
+  std::vector<Pixel> pixels;
+  std::int32_t sheet = 0;
+  SheetCounts counts;
+
+  Band(int image_width, int first, int end)
+      : width(image_width),
+        top(first),
+        bottom(end),
+        pixels(static_cast<std::size_t>(image_width) * static_cast<std::size_t>(end - first)) {}
+  [[nodiscard]] Pixel& at(int x, int y) {
+    return pixels[static_cast<std::size_t>(y - top) * static_cast<std::size_t>(width) +
+                  static_cast<std::size_t>(x)];
+  }
+  /// A piece of a sheet over what is in front of it. \param share  of the entry's optical depth
+  void composite(Pixel& pixel, const TransferTable::Entry& entry, float share) {
+    ++counts.samples;
+    ++pixel.samples;
+    if (entry.depth == 0) return;
+    const float weight = pixel.transmittance * opacity_of_depth(entry.depth * share);
+    pixel.r += weight * entry.r;
+    pixel.g += weight * entry.g;
+    pixel.b += weight * entry.b;
+    pixel.transmittance -= weight;
+  }
+};
+
+/// A solid in view coordinates with its axes put so that sheets of constant w are drawn from w = 0 to 1:
+/// front to back, and of the largest area in the picture.
+[[nodiscard]] Solid oriented(const Solid& seen, const Screen& screen);
+
+/// Largest change of the solid per unit of each parameter, from its control points, which bound it: in the
+/// picture (the larger of x and y) and in space, both in pixels.
+struct Extents {
+  double across[3] = {};
+  double length[3] = {};
+};
+[[nodiscard]] Extents extents(const Solid& seen, const Screen& screen);
+
+/// Points by which steps of `throttle` do not exceed an extent; 1 to kMostSteps.
+[[nodiscard]] int step_count(double extent, double throttle);
+
+/// The points of a solid (oriented) by layers, into the rows of a band.
+void draw_layers(const Solid& solid, const Screen& screen, const TransferTable& table, double throttle,
+                 Band& band);
+
+/// Its sheets as triangles, with physical thickness. \param depth_scale  1 / reference length in view
+/// coordinates \param value_tolerance  by which values may miss the solid's between points
+void draw_scanned(const Solid& solid, const Screen& screen, const TransferTable& table, double throttle,
+                  double depth_scale, double value_tolerance, Band& band);
+
+}  // namespace vol::curvilinear

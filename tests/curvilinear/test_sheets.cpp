@@ -1,0 +1,285 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "curvilinear/halves.h"
+#include "curvilinear/phantom.h"
+#include "curvilinear/sheet_parts.h"
+#include "curvilinear/sheets.h"
+#include "random_block.h"
+
+namespace vol::curvilinear {
+namespace {
+
+using Values = std::vector<std::vector<double>>;
+
+transfer::TransferFunction constant(double opacity) {
+  return {{{0, Vec3(0.25, 0.5, 1)}}, {{0, opacity}}};
+}
+
+Grid box(const Dims& cells, const Vec3& size) {
+  Grid grid;
+  Block& block = grid.blocks.emplace_back();
+  block.dims = {cells[0] + 1, cells[1] + 1, cells[2] + 1};
+  for (std::int64_t k = 0; k <= cells[2]; ++k) {
+    for (std::int64_t j = 0; j <= cells[1]; ++j) {
+      for (std::int64_t i = 0; i <= cells[0]; ++i) {
+        block.points.emplace_back(size[0] * static_cast<double>(i) / static_cast<double>(cells[0]),
+                                  size[1] * static_cast<double>(j) / static_cast<double>(cells[1]),
+                                  size[2] * static_cast<double>(k) / static_cast<double>(cells[2]));
+      }
+    }
+  }
+  return grid;
+}
+
+Values zeros(const Grid& grid) {
+  Values values;
+  for (const auto& block : grid.blocks) values.emplace_back(block.points.size(), 0.0);
+  return values;
+}
+
+camera::Camera camera_for(const Grid& grid, double azimuth, double elevation, int width, int height,
+                          camera::Projection projection = camera::Projection::orthographic) {
+  camera::View view;
+  view.azimuth = azimuth;
+  view.elevation = elevation;
+  view.projection = projection;
+  const Box3 b = grid.bounds();
+  return {view, b.centre(), b.size().maxCoeff(), width, height};
+}
+
+TEST(OpacityOfDepth, IsOneMinusExp) {
+  for (float x = 1e-8F; x < 100; x *= 1.37F) {
+    const double right = -std::expm1(-static_cast<double>(x));
+    EXPECT_NEAR(opacity_of_depth(x) / right, 1, 3e-7) << x;  // some roundings of float
+  }
+  EXPECT_EQ(opacity_of_depth(0), 0);
+  EXPECT_EQ(opacity_of_depth(std::numeric_limits<float>::infinity()), 1);
+}
+
+TEST(TransferTable, HoldsEndsExactlyAndStepsWithinHalfAStep) {
+  const transfer::TransferFunction f({{-1, {0, 0, 0}}, {3, {1, 0.5, 0}}}, {{-1, 0}, {3, 1}});
+  const TransferTable table(f, 1);
+  EXPECT_EQ(table(-1).depth, 0);
+  EXPECT_EQ(table(-7).depth, 0);
+  EXPECT_EQ(table(3).depth, std::numeric_limits<float>::infinity());
+  EXPECT_EQ(table(9).r, 1);
+  // 2^14 steps: half a step of a value that runs from 0 to 1 is 2^-15.
+  for (float v = -0.999F; v < 3; v += 0.0137F) EXPECT_NEAR(table(v).r, (v + 1) / 4, 3.1e-5);
+  EXPECT_NEAR(TransferTable(f, 4)(1).depth, -std::log1p(-0.5) / 4, 1e-4);
+}
+
+// (5) to (8) of the paper: whatever the number of sheets, a cell has its own opacity.
+TEST(Layers, ACellOfNSheetsHasItsOpacity) {
+  const Grid grid = box({1, 1, 1}, Vec3(1, 1, 1));
+  for (const double opacity : {0.2, 0.9, 1.0}) {
+    for (const double throttle : {0.3, 1.0}) {
+      SheetOptions options;
+      options.throttle = throttle;
+      const auto picture =
+          draw_sheets(grid, zeros(grid), camera_for(grid, 0, 0, 48, 48), constant(opacity), 1, options);
+      EXPECT_EQ(picture.counts.holes, 0);
+      // 48 pixels are 1.6 edges: the cell is 30 wide, from column 9 on.
+      for (const int x : {9, 20, 38}) {
+        EXPECT_NEAR(picture.image.at(x, 24, 3), opacity, 1e-5) << throttle;
+        EXPECT_NEAR(picture.image.at(x, 24, 1), 0.5 * opacity, 1e-5);
+      }
+      EXPECT_EQ(picture.image.at(8, 24, 3), 0);
+      EXPECT_EQ(picture.image.at(39, 24, 3), 0);
+    }
+  }
+}
+
+TEST(Layers, AThrottleAboveOneLeavesHoles) {
+  const Grid grid = box({1, 1, 1}, Vec3(1, 1, 1));
+  SheetOptions options;
+  options.throttle = 2.5;
+  const auto coarse =
+      draw_sheets(grid, zeros(grid), camera_for(grid, 0, 0, 48, 48), constant(0.5), 1, options);
+  EXPECT_GT(coarse.counts.holes, 0);
+  EXPECT_EQ(coarse.counts.redundant, 0);
+  options.throttle = 0.5;
+  EXPECT_GT(draw_sheets(grid, zeros(grid), camera_for(grid, 0, 0, 48, 48), constant(0.5), 1, options)
+                .counts.redundant,
+            0);
+}
+
+TEST(GlobalLayers, IsGammaLogMAndNeverBelowGamma) {
+  EXPECT_DOUBLE_EQ(global_layers(box({30, 20, 20}, Vec3(1, 1, 1)), 1), std::log(20.0));
+  EXPECT_DOUBLE_EQ(global_layers(box({30, 20, 20}, Vec3(1, 1, 1)), 0.5), 0.5 * std::log(20.0));
+  EXPECT_EQ(global_layers(box({3, 1, 1}, Vec3(1, 1, 1)), 0.5), 0.5);
+}
+
+/// World length of a ray inside a phantom's parallelepiped: slabs of its own axes.
+double chord(const Grid& grid, const camera::Ray& ray) {
+  const Block& b = grid.blocks[0];
+  const Vec3 corner = b.points[0];
+  Mat3 edges;
+  edges << b.points[b.offset(b.dims[0] - 1, 0, 0)] - corner, b.points[b.offset(0, b.dims[1] - 1, 0)] - corner,
+      b.points[b.offset(0, 0, b.dims[2] - 1)] - corner;
+  const Mat3 inverse = edges.inverse();
+  const Vec3 from = inverse * (ray.origin - corner), along = inverse * ray.direction;
+  double enter = -1e9, leave = 1e9;
+  for (int a = 0; a < 3; ++a) {
+    const double t0 = -from[a] / along[a], t1 = (1 - from[a]) / along[a];
+    enter = std::max(enter, std::min(t0, t1));
+    leave = std::min(leave, std::max(t0, t1));
+  }
+  return std::max(0.0, leave - enter);
+}
+
+struct Figures {
+  double rms = 0, largest = 0, mean = 0;
+};
+/// Relative error of optical depth over the pixels whose chord exceeds a tenth of the longest; `mean` of
+/// depth over all pixels, relative too.
+Figures against_chords(const Grid& grid, const camera::Camera& camera, const image::Image& image,
+                       double length) {
+  std::vector<std::array<double, 2>> pairs;
+  double longest = 0, sum = 0, right = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const double l = chord(grid, camera.ray(x + 0.5, y + 0.5));
+      const double depth = -std::log1p(-static_cast<double>(image.at(x, y, 3))) * length;
+      longest = std::max(longest, l);
+      sum += depth;
+      right += l;
+      pairs.push_back({l, depth});
+    }
+  }
+  Figures f;
+  int n = 0;
+  for (const auto& [l, depth] : pairs) {
+    if (l < 0.1 * longest) continue;
+    const double e = depth / l - 1;
+    f.rms += e * e;
+    f.largest = std::max(f.largest, std::abs(e));
+    ++n;
+  }
+  f.rms = std::sqrt(f.rms / n);
+  f.mean = sum / right - 1;
+  return f;
+}
+
+// Sheets cut a chord's two ends to half a sheet of a pixel each: uniform errors of 1 / sqrt(12) each; chords
+// are 50 pixels and more here, some few below.
+TEST(Physical, OpacityFollowsTheChordOfASkewBox) {
+  const Grid grid = make_phantom("sheared-box", {4, 3, 5}, "ramp", 1);
+  constexpr double kOpacity = 0.3;
+  const double length = 1 / -std::log1p(-kOpacity);
+  for (const auto projection : {camera::Projection::orthographic, camera::Projection::perspective}) {
+    const auto camera = camera_for(grid, 33, 21, 200, 160, projection);
+    SheetOptions options;
+    options.thickness = Thickness::physical;
+    const auto picture = draw_sheets(grid, zeros(grid), camera, constant(kOpacity), 1, options);
+    const Figures f = against_chords(grid, camera, picture.image, length);
+    SCOPED_TRACE(projection == camera::Projection::perspective ? "perspective" : "orthographic");
+    EXPECT_LT(f.rms, 0.02);
+    EXPECT_LT(std::abs(f.mean), 1e-3) << f.rms << " " << f.largest;
+    options.throttle = 0.25;
+    const auto fine = draw_sheets(grid, zeros(grid), camera, constant(kOpacity), 1, options);
+    EXPECT_LT(against_chords(grid, camera, fine.image, length).rms, 0.4 * f.rms);  // first order: a quarter
+  }
+}
+
+// A long cell whose far end is nearer to the eye than anything of the one in front of it: Bethel's figure 5.
+TEST(CellOrder, FacesSayWhatDepthCannot) {
+  std::vector<VisibleCell> cells(2);
+  cells[0] = {1.0, 0, 0, 0, 1, {0, 0, 0}};  // behind
+  cells[1] = {2.0, 0, 1, 0, 1, {0, 0, 0}};
+  cells[0].before_next[0] = -1;  // light meets cell 1 first
+  auto by_depth = cells;
+  EXPECT_EQ(put_in_order(by_depth, {{2, 1, 1}}, CellOrder::depth), 0);
+  EXPECT_EQ(by_depth[0].number, 0);
+  EXPECT_EQ(put_in_order(cells, {{2, 1, 1}}, CellOrder::faces), 0);
+  EXPECT_EQ(cells[0].number, 1);
+}
+
+TEST(CellOrder, CirclesAreCutAndEveryCellIsDrawnOnce) {
+  // Four cells in a square, each before the next one round.
+  std::vector<VisibleCell> cells;
+  for (std::int64_t n = 0; n < 4; ++n) cells.push_back({1.0 + static_cast<double>(n), 0, n, 0, 1, {0, 0, 0}});
+  cells[0].before_next = {1, -1, 0};  // 0 before 1, 2 before 0
+  cells[1].before_next = {0, 1, 0};   // 1 before 3
+  cells[2].before_next = {-1, 0, 0};  // 3 before 2
+  EXPECT_EQ(put_in_order(cells, {{2, 2, 1}}, CellOrder::faces), 1);
+  std::vector<std::int64_t> numbers;
+  for (const auto& cell : cells) numbers.push_back(cell.number);
+  EXPECT_EQ(numbers, (std::vector<std::int64_t>{0, 1, 3, 2}));
+}
+
+TEST(Halves, AreTheSolidAndShareTheirFace) {
+  const Block block = random_block({4, 4, 4}, 5);
+  const Solid solid = Solids(block, block.arrays[0].values, CellKind::tricubic, 1)({1, 1, 1});
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto parts = halves(solid, axis);
+    for (const double u : {0.0, 0.3, 1.0}) {
+      for (std::size_t half = 0; half < 2; ++half) {
+        Vec3 at(0.2, 0.7, 0.4), whole = at;
+        at[static_cast<int>(axis)] = u;
+        whole[static_cast<int>(axis)] = 0.5 * (static_cast<double>(half) + u);
+        EXPECT_LT((parts[half](at) - solid(whole)).norm(), 1e-13);  // coordinates below 20
+      }
+    }
+    const std::size_t stride = axis == 0 ? 1 : axis == 1 ? 4 : 16;
+    for (std::size_t n = 0; n < 64; ++n) {
+      if (n / stride % 4 != 0) continue;
+      EXPECT_EQ(parts[0].b[n + 3 * stride], parts[1].b[n]);
+    }
+  }
+}
+
+TEST(Sheets, WhatIsInFrontHidesWhatIsBehind) {
+  const Grid grid = box({1, 1, 4}, Vec3(1, 1, 1));
+  Values values = zeros(grid);
+  for (std::size_t n = 0; n < values[0].size(); ++n) values[0][n] = grid.blocks[0].points[n].z();
+  const transfer::TransferFunction f({{0, {0, 0, 1}}, {0.5, {0, 0, 1}}, {0.5, {1, 0, 0}}, {1, {1, 0, 0}}},
+                                     {{0, 1}});
+  for (const auto thickness : {Thickness::layers, Thickness::physical}) {
+    SheetOptions options;
+    options.thickness = thickness;
+    const auto from_above = draw_sheets(grid, values, camera_for(grid, 0, 0, 32, 32), f, 1, options).image;
+    EXPECT_EQ(from_above.at(16, 16, 0), 1);
+    EXPECT_EQ(from_above.at(16, 16, 2), 0);
+    const auto from_below = draw_sheets(grid, values, camera_for(grid, 180, 0, 32, 32), f, 1, options).image;
+    EXPECT_EQ(from_below.at(16, 16, 0), 0);
+    EXPECT_EQ(from_below.at(16, 16, 2), 1);
+  }
+}
+
+TEST(Sheets, ThreadsDoNotShow) {
+  const Grid grid = make_phantom("twisted-box", {4, 5, 6}, "marschner-lobb", 1);
+  const transfer::TransferFunction f({{0, {0, 0, 1}}, {1, {1, 0, 0}}}, {{0, 0}, {1, 0.7}});
+  for (const auto thickness : {Thickness::layers, Thickness::physical}) {
+    SheetOptions options;
+    options.thickness = thickness;
+    const auto camera = camera_for(grid, 40, 10, 90, 70);
+    set_thread_count(1);
+    const auto one = draw_sheets(grid, {grid.blocks[0].arrays[0].values}, camera, f, 0.5, options);
+    set_thread_count(0);
+    const auto many = draw_sheets(grid, {grid.blocks[0].arrays[0].values}, camera, f, 0.5, options);
+    EXPECT_TRUE(std::equal(one.image.pixels.begin(), one.image.pixels.end(), many.image.pixels.begin()));
+    EXPECT_EQ(one.counts.points, many.counts.points);
+  }
+}
+
+TEST(Sheets, HiddenCellsAreLeftOutAndAnEyeInsideIsRefused) {
+  Grid grid = box({2, 1, 1}, Vec3(2, 1, 1));
+  grid.blocks[0].hidden.assign(12, 0);
+  grid.blocks[0].hidden[0] = 1;
+  const auto picture = draw_sheets(grid, zeros(grid), camera_for(grid, 0, 0, 32, 32), constant(0.5), 1, {});
+  EXPECT_EQ(picture.counts.cells, 1);
+  EXPECT_EQ(picture.image.at(10, 16, 3), 0);
+  EXPECT_GT(picture.image.at(22, 16, 3), 0.4F);
+  camera::View inside;
+  inside.projection = camera::Projection::perspective;
+  inside.distance = 0.1;
+  const camera::Camera camera(inside, grid.bounds().centre(), 2, 32, 32);
+  EXPECT_THROW((void)draw_sheets(grid, zeros(grid), camera, constant(0.5), 1, {}), Error);
+}
+
+}  // namespace
+}  // namespace vol::curvilinear

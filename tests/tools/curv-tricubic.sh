@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# curv-tricubic from outside: pictures, what they follow, and what is refused.
+#   curv-tricubic.sh BIN
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh" "$1"
+
+figure() { # FILE NAME: a count of a stats record
+  sed -n "s/.*\"$2\": *\([0-9]*\).*/\1/p" "$1" | head -n 1
+}
+
+"$bin/vol-phantom" half-torus -o torus.vts
+draw() { "$bin/curv-tricubic" torus.vts --size 96x80 --view 15,30 "$@"; }
+draw -o a.exr --stats a.json || fail "status $?"
+[ "$(figure a.json cells)" = 3 ] || fail "three cells expected"
+draw -o b.exr --threads 1 && cmp a.exr b.exr || fail "threads show in the picture"
+draw -o holes.exr --throttle 4 --stats holes.json
+[ "$(figure holes.json holes)" -gt "$(figure a.json holes)" ] || fail "a throttle of 4 leaves no holes"
+for way in "--thickness physical" "--cells trilinear" "--opacity nonlinear --gamma 2" "--throttle 0.5" "--thickness physical --fov 30"; do
+  # shellcheck disable=SC2086
+  draw -o c.exr $way || fail "status $? of $way"
+  cmp -s a.exr c.exr && fail "$way shows no difference"
+done
+"$bin/vol-phantom" half-torus -o - | "$bin/curv-tricubic" - -o d.exr --size 96x80 --view 15,30 && "$bin/img-compare" a.exr d.exr >/dev/null ||
+  fail "standard input differs from the file"
+
+# The reference: sheets of physical thickness come near it, and with a finer throttle nearer.
+rms() { "$bin/img-compare" "$1" rays.exr --metric rmse --json | sed -n 's/.*"rmse": *\([0-9.e-]*\).*/\1/p' | head -n 1; }
+draw -o rays.exr --method rays --reference-length 1 || fail "status $? of rays"
+draw -o coarse.exr --thickness physical --reference-length 1 --throttle 2
+draw -o fine.exr --thickness physical --reference-length 1 --throttle 0.5
+awk -v c="$(rms coarse.exr)" -v f="$(rms fine.exr)" 'BEGIN { exit !(f < c / 2 && f < 0.01) }' || fail "sheets do not come near the rays: $(rms coarse.exr), $(rms fine.exr)"
+
+# PLOT3D: positions alone have nothing to show.
+echo "2 2 2  0 1 0 1 0 1 0 1  2*0 2*1 2*0 2*1  4*0 4*1" >cube.xyz
+echo "2 2 2  0.5 0 1 0  4*1 4*2 8*1 8*0 8*0 8*4" >cube.q
+"$bin/curv-tricubic" cube.xyz --solution cube.q --variable pressure -o cube.png --size 32 || fail "status $? of PLOT3D"
+for wrong in "cube.xyz -o x.png" "cube.xyz --solution cube.q --variable none -o x.png" "torus.vts -o x.png --gamma 2" "torus.vts -o x.png --throttle 0" \
+  "torus.vts -o x.png --reference-length 2" "torus.vts -o x.jpg" "torus.vts -o x.png --beta -1" "torus.vts -o x.png --method rays --thickness layers" "torus.vts -o x.png --method rays --throttle 2 --tolerance 1e-3"; do
+  # shellcheck disable=SC2086
+  "$bin/curv-tricubic" $wrong >out 2>err
+  [ $? -eq 2 ] || fail "$wrong must end with 2"
+  [ "$(wc -l <err)" -eq 1 ] || fail "one line expected for $wrong: $(cat err)"
+done
+[ -e x.png ] && fail "a refused run leaves a file"
+exit $failed
