@@ -15,8 +15,8 @@ namespace vol::cli {
 void add_labels(CLI::App& app, LabelOptions& o) {
   auto* labels =
       app.add_option("--labels", o.labels,
-                     "Label volume of the volume's dims, whole numbers 0 to 255: colour and opacity "
-                     "by label (composite, rectangle or trapezoid)")
+                     "Label volume of the volume's dims, in its place, whole numbers 0 to 255: colour and "
+                     "opacity by label (composite, rectangle or trapezoid)")
           ->group("Files");
   app.add_option("--label-transfer", o.looks,
                  "Colour and opacity of each label (YAML), as configs/transfer/labels.yaml [seven colours in "
@@ -46,6 +46,17 @@ void add_labels(CLI::App& app, LabelOptions& o) {
       ->capture_default_str();
   labels->excludes(app.get_option("--index"));  // its bound is for the field
 }
+
+namespace {
+
+/// Within what files round: a millionth of a spacing.
+bool same_place(const volume::GridGeometry& a, const volume::GridGeometry& b) {
+  const double near = 1e-6 * b.spacing.minCoeff();
+  return (a.origin - b.origin).norm() <= near && (a.spacing - b.spacing).norm() <= near &&
+         (a.direction - b.direction).norm() <= 1e-6;
+}
+
+}  // namespace
 
 LabelSet::LabelSet(const LabelOptions& o) : options_(o) {
   if (!o.splat.empty() && o.splat != "all") chosen_ = parse_labels("--splat", o.splat);
@@ -80,6 +91,12 @@ void LabelSet::load(const volume::GridGeometry& geometry, Record& record) {
   input.path = options_.labels;
   const volume::Volume volume = cli::load(input, record);
   naming(options_.labels, [&] {
+    render::require_dims_of(volume.geometry(), geometry);
+    if (!same_place(volume.geometry(), geometry)) {
+      record.warn(
+          io::display_name(options_.labels) +
+          ": says another place than the volume; its labels are drawn where the volume's samples are");
+    }
     record.timed("labels", [&] {
       render::LabelStyle style{
           looks,

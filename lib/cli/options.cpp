@@ -1,5 +1,6 @@
 #include "cli/options.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -95,6 +96,9 @@ std::vector<int> parse_labels(const std::string& option, const std::string& text
     int label = 0;
     if (!parse(part, label) || label < 0 || label > 255) {
       refuse(option, text, "labels, whole numbers from 0 to 255: LABEL,LABEL,...");
+    }
+    if (std::find(labels.begin(), labels.end(), label) != labels.end()) {
+      refuse(option, text, "every label once");
     }
     labels.push_back(label);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/error.h"
 #include "render/max_error.h"
 
 namespace vol::render {
@@ -29,6 +30,9 @@ void add_channel(RenderResult& result, const RenderResult& one, int channel) {
 Caster::Caster(const volume::Volume& volume, const Scene& scene, const RenderOptions& options,
                const CasterOptions& caster)
     : volume_(volume), scene_(scene), options_(options), caster_(caster) {
+  if (options.max_error > 0 && (caster.surfaces || caster.labels)) {
+    throw Error("a bound on the error is kept without surfaces and labels only");
+  }
   const bool plain = caster.surfaces || caster.labels || options.quadrature == Quadrature::reference;
   if (plain || !(caster.packets || options.max_error > 0)) return;
   packet_volume_.emplace(volume, scene.model == Model::composite);

@@ -14,14 +14,17 @@ std::string text(const Dims& d) {
 
 }  // namespace
 
+void require_dims_of(const volume::GridGeometry& labels, const volume::GridGeometry& volume) {
+  if (labels.dims == volume.dims) return;
+  throw Error("the labels are " + text(labels.dims) + " voxels, the volume is " + text(volume.dims));
+}
+
 LabelledMedium::LabelledMedium(volume::Grid<std::uint8_t> labels, const volume::GridGeometry& geometry,
                                LabelStyle style)
     : labels_(std::move(labels)),
       world_to_index_(geometry.world_to_index_matrix()),
       style_(std::move(style)) {
-  if (labels_.dims() != geometry.dims) {
-    throw Error("the labels are " + text(labels_.dims()) + " voxels, the volume is " + text(geometry.dims));
-  }
+  require_dims_of(labels_.geometry, geometry);
   labels_.geometry = geometry;
   for (std::size_t l = 0; l < style_.looks.size() && l < looks_.size(); ++l) {
     const LabelLook& look = style_.looks[l];
@@ -50,7 +53,7 @@ LabelledMedium::Mixed LabelledMedium::mixed(const Vec3& p_index) const {
     const LabelLook& look = looks_[labels_(at[0], at[1], at[2])];
     return {look.opacity, look.colour};
   }
-  // Where all eight agree nothing is summed: rounding would take from an opaque label's opacity of 1.
+  // Where all eight have one opacity it is not summed: rounding would take from an opacity of 1.
   std::array<std::uint8_t, 8> corner;
   for (std::size_t c = 0; c < 8; ++c) {
     corner[c] = labels_((c & 1) != 0 ? high[0] : low[0], (c & 2) != 0 ? high[1] : low[1],
@@ -59,6 +62,9 @@ LabelledMedium::Mixed LabelledMedium::mixed(const Vec3& p_index) const {
   if (std::all_of(corner.begin(), corner.end(), [&](auto l) { return l == corner[0]; })) {
     return {looks_[corner[0]].opacity, looks_[corner[0]].colour};
   }
+  const double first = looks_[corner[0]].opacity;
+  const bool one_opacity =
+      std::all_of(corner.begin(), corner.end(), [&](auto l) { return looks_[l].opacity == first; });
   Mixed sum;
   for (std::size_t c = 0; c < 8; ++c) {
     double w = 1;
@@ -68,7 +74,7 @@ LabelledMedium::Mixed LabelledMedium::mixed(const Vec3& p_index) const {
     sum.colour += opacity * looks_[corner[c]].colour;
   }
   if (sum.opacity > 0) sum.colour /= sum.opacity;
-  sum.opacity = std::min(sum.opacity, 1.0);  // shares may sum to 1 + 1e-16
+  sum.opacity = one_opacity ? first : std::min(sum.opacity, 1.0);  // shares may sum to 1 + 1e-16
   return sum;
 }
 

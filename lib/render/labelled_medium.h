@@ -28,11 +28,14 @@ struct LabelStyle {
   bool times_transfer = false;
 };
 
+/// \throws vol::Error unless there is one label for every sample of the volume
+void require_dims_of(const volume::GridGeometry& labels, const volume::GridGeometry& volume);
+
 /// A volume as its labels make it seen. A point that belongs to labels by shares w_l has, after Drebin,
 /// Carpenter & Hanrahan 1988, for one reference length
 ///   opacity  a = sum_l w_l a_l,   colour  c = sum_l w_l a_l c_l / a:
-/// opacity is linear between samples as it is between a transfer function's points, and an opaque label is
-/// opaque exactly where nothing else has a share.
+/// opacity is linear between samples as it is between a transfer function's points, and it is 1 exactly where
+/// only opaque labels have a share.
 class LabelledMedium {
  public:
   /// The labels stand where the samples of a volume of this geometry do, whatever place their own file gives.

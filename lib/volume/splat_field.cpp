@@ -16,10 +16,16 @@ SplatField::SplatField(Grid<std::uint8_t> labels, const std::vector<bool>& chose
       index_to_world_(labels_.geometry.direction * labels_.geometry.spacing.asDiagonal()) {
   if (!(support_ > 0)) throw Error("the support of a splat is a positive length");
   for (int a = 0; a < 3; ++a) reach_[a] = support_ * world_to_index_.row(a).norm();
-  constexpr double kMostVoxels = 64;
+  // A ray through filled voxels meets the cube of this number of splats in every voxel: beyond a few, a
+  // picture takes hours.
+  constexpr double kMostVoxels = 8, kLeastVoxels = 0.01;
   if (!(reach_.maxCoeff() <= kMostVoxels)) {
     throw Error("a splat of support " + std::to_string(support_) + " covers more than " +
                 std::to_string(static_cast<int>(kMostVoxels)) + " voxels either way, take a smaller one");
+  }
+  if (!(reach_.minCoeff() >= kLeastVoxels)) {
+    throw Error("a splat of support " + std::to_string(support_) +
+                " covers less than a hundredth of a voxel, take a larger one");
   }
   for (std::size_t l = 0; l < chosen.size() && l < chosen_.size(); ++l) chosen_[l] = chosen[l];
 

@@ -1,5 +1,6 @@
 #include "table.h"
 
+#include <cmath>
 #include <cstdio>
 #include <ostream>
 
@@ -29,8 +30,8 @@ std::string shown(double x) {
 
 void Table::row(const std::string& what, const std::string& method, const std::string& precision,
                 double error, double bound, const std::string& theory) {
-  rows_.push_back(
-      {kernel_, what, method, precision, error, bound, theory, error <= bound ? "kept" : "NOT KEPT"});
+  rows_.push_back({kernel_, what, method, precision, error, bound, theory,
+                   std::isfinite(bound) && error <= bound ? "kept" : "NOT KEPT"});
 }
 
 void Table::row(const std::string& what, const std::string& method, const std::string& precision,

@@ -180,7 +180,7 @@ for bad in nan infinite lie-padding lie-model lie-count lie-space; do
 done
 refused_for plain.nrrd vol-fft plain.nrrd -o missed.nrrd --inverse --spectrum other
 refused_for plain.nrrd fvr-slice plain.nrrd -o missed.exr --control-points 1
-refused_for plain.nrrd fvr-slice plain.nrrd -o missed.exr --size 20000x20000 --turntable 64
+refused_for plain.nrrd fvr-slice plain.nrrd -o missed.nrrd --size 20000x20000 --turntable 64  # a stack is held as a whole
 refused_for missing/plans vol-fft cloud.nrrd -o missed.nrrd --wisdom missing/plans
 refused_for "a file of their own" vol-fft cloud.nrrd -o missed.nrrd --type f64 --wisdom plans.fftw
 

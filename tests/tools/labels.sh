@@ -69,9 +69,11 @@ refused "$bin/vol-raycast" values.nrrd -o a.exr --labels labels.nrrd --splat 1 -
 refused "$bin/vol-raycast" values.nrrd -o a.exr --labels labels.nrrd --splat 1 --splat-support 100
 refused "$bin/isosurf-mc" values.nrrd --labels all -o a.ply
 refused "$bin/isosurf-mc" labels.nrrd --labels 1,x -o a.ply
+refused_for once "$bin/isosurf-mc" labels.nrrd --labels 1,2,1 -o a.ply
 refused "$bin/isosurf-mc" labels.nrrd --labels 1 --isovalue 0.5 -o a.ply
 refused "$bin/isosurf-mc" labels.nrrd -o a.ply
 refused "$bin/isosurf-mc" labels.nrrd --isovalue 0.5 -o 'a-{label}.ply'
-"$bin/vol-convert" labels.nrrd --pad 1 -o larger.nrrd --quiet 2>/dev/null && refused "$bin/vol-raycast" values.nrrd -o a.exr --labels larger.nrrd
+"$bin/vol-convert" labels.nrrd --pad 1 -o larger.nrrd --quiet || exit 2
+refused_for "the volume is" "$bin/vol-raycast" values.nrrd -o a.exr --labels larger.nrrd
 [ ! -e a.exr ] && [ ! -e a.ply ] || fail "something was written after all"
 exit $failed
