@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "curvilinear/cubic_basis.h"
+
 namespace vol::curvilinear {
 namespace {
 
@@ -171,21 +173,6 @@ bool is_line(const RayPatch& p, double rounding) {
   return away <= rounding * length;
 }
 
-struct Basis {
-  double b[4], d[4];
-  explicit Basis(double u) {
-    const double v = 1 - u;
-    b[0] = v * v * v;
-    b[1] = 3 * u * v * v;
-    b[2] = 3 * u * u * v;
-    b[3] = u * u * u;
-    d[0] = -3 * v * v;
-    d[1] = 3 * v * (v - 2 * u);
-    d[2] = 3 * u * (2 * v - u);
-    d[3] = 3 * u * u;
-  }
-};
-
 double value(const double (&c)[16], const double (&u)[4], const double (&v)[4]) {
   double sum = 0;
   for (int s = 0; s < 4; ++s) {
@@ -200,7 +187,7 @@ bool newton(const RayPatch& p, double& u, double& v) {
   u = v = 0.5;
   double last = 1;
   for (int step = 0; step < 12; ++step) {
-    const Basis bu(u), bv(v);
+    const CubicBasis bu(u), bv(v);
     const double x = value(p.x, bu.b, bv.b), y = value(p.y, bu.b, bv.b);
     const double xu = value(p.x, bu.d, bv.b), yu = value(p.y, bu.d, bv.b);
     const double xv = value(p.x, bu.b, bv.d), yv = value(p.y, bu.b, bv.d);
@@ -244,7 +231,7 @@ class Search {
       if (w == 0) return;
       double u = 0.5, v = 0.5;
       if (is_point || (w == orientation && newton(part.p, u, v))) {
-        const double z = value(part.p.z, Basis(u).b, Basis(v).b);
+        const double z = value(part.p.z, CubicBasis(u).b, CubicBasis(v).b);
         hits_.push_back(
             {part.u0 + std::ldexp(u, -part.level_u), part.v0 + std::ldexp(v, -part.level_v), z, w});
         return;

@@ -4,25 +4,10 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "curvilinear/cubic_basis.h"
 
 namespace vol::curvilinear {
 namespace {
-
-/// Cubic Bernstein polynomials at u, and their derivatives.
-struct Basis {
-  double b[4], d[4];
-  explicit Basis(double u) {
-    const double v = 1 - u;
-    b[0] = v * v * v;
-    b[1] = 3 * u * v * v;
-    b[2] = 3 * u * u * v;
-    b[3] = u * u * u;
-    d[0] = -3 * v * v;
-    d[1] = 3 * v * (v - 2 * u);
-    d[2] = 3 * u * (2 * v - u);
-    d[3] = 3 * u * u;
-  }
-};
 
 Point4 mixed(const double (&w)[4], const Point4& p0, const Point4& p1, const Point4& p2, const Point4& p3) {
   return w[0] * p0 + w[1] * p1 + w[2] * p2 + w[3] * p3;
@@ -53,7 +38,7 @@ void add_derivative(double (&row)[4], std::int64_t i, std::int64_t points, std::
 }  // namespace
 
 Point4 Solid::operator()(const Vec3& u) const {
-  const Basis x(u[0]), y(u[1]), z(u[2]);
+  const CubicBasis x(u[0]), y(u[1]), z(u[2]);
   Point4 sum = Point4::Zero();
   for (std::size_t t = 0; t < 4; ++t) {
     for (std::size_t s = 0; s < 4; ++s) {
@@ -65,7 +50,7 @@ Point4 Solid::operator()(const Vec3& u) const {
 }
 
 Point4 Solid::operator()(const Vec3& u, Eigen::Matrix<double, 4, 3>& d) const {
-  const Basis x(u[0]), y(u[1]), z(u[2]);
+  const CubicBasis x(u[0]), y(u[1]), z(u[2]);
   Point4 sum = Point4::Zero();
   d.setZero();
   for (std::size_t t = 0; t < 4; ++t) {

@@ -38,7 +38,7 @@ SplatRays::SplatRays(volume::SplatField field, const std::vector<LabelLook>& loo
 }
 
 std::optional<double> SplatRays::first_crossing_in(const camera::Ray& ray, double a, double b, bool inside,
-                                                   Work& work) const {
+                                                   Work& work, bool* undecided) const {
   const double r2 = field_.support() * field_.support();
   const double middle = 0.5 * (a + b);
   const Vec3 from = ray.origin + middle * ray.direction;  // near by: distances keep their digits
@@ -79,7 +79,7 @@ std::optional<double> SplatRays::first_crossing_in(const camera::Ray& ray, doubl
     p.degree = 6;
     for (std::size_t k = 0; k < 7; ++k) p.b[k] = sum[k] / kBinomial[k];
     if ((p.b[0] >= threshold_) != inside) return t0;  // between two pieces, where rounding put it
-    if (const auto u = first_crossing(p, threshold_)) return t0 + *u * (t1 - t0);
+    if (const auto u = first_crossing(p, threshold_, undecided)) return t0 + *u * (t1 - t0);
   }
   return std::nullopt;
 }
@@ -99,7 +99,8 @@ SplatRays::Hit SplatRays::hit_at(const camera::Ray& ray, double t) const {
   return hit;
 }
 
-std::optional<SplatRays::Hit> SplatRays::first_hit(const camera::Ray& ray, double t_min) const {
+std::optional<SplatRays::Hit> SplatRays::first_hit(const camera::Ray& ray, double t_min,
+                                                   bool* undecided) const {
   if (field_.count() == 0) return std::nullopt;
   const auto chord = box_.chord(ray, t_min);
   if (!chord) return std::nullopt;
@@ -112,7 +113,7 @@ std::optional<SplatRays::Hit> SplatRays::first_hit(const camera::Ray& ray, doubl
   for (std::int64_t n = 0; n < static_cast<std::int64_t>(stretches); ++n) {
     const double a = chord->entry + static_cast<double>(n) * step, b = std::min(a + step, chord->exit);
     if (!(b > a)) break;
-    if (const auto t = first_crossing_in(ray, a, b, inside, work)) return hit_at(ray, *t);
+    if (const auto t = first_crossing_in(ray, a, b, inside, work, undecided)) return hit_at(ray, *t);
   }
   return std::nullopt;
 }

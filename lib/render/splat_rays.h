@@ -28,7 +28,9 @@ class SplatRays {
   /// Along a ray every splat is a polynomial of degree 6 between its ends; between two ends of any of them so
   /// is the sum, and its Bernstein coefficients find the first root: no crossing is stepped over
   /// (first_crossing()). Stretches where the splats' largest values do not sum to the threshold are passed.
-  [[nodiscard]] std::optional<Hit> first_hit(const camera::Ray& ray, double t_min) const;
+  /// \param undecided  if given, set where the ray may touch the contour without passing through it
+  [[nodiscard]] std::optional<Hit> first_hit(const camera::Ray& ray, double t_min,
+                                             bool* undecided = nullptr) const;
 
   [[nodiscard]] const volume::SplatField& field() const { return field_; }
   /// Of each component, the largest of any colour.
@@ -45,7 +47,7 @@ class SplatRays {
   };
   /// The first change of side in [a, b], where `inside` is the side at a.
   [[nodiscard]] std::optional<double> first_crossing_in(const camera::Ray& ray, double a, double b,
-                                                        bool inside, Work& work) const;
+                                                        bool inside, Work& work, bool* undecided) const;
   [[nodiscard]] Hit hit_at(const camera::Ray& ray, double t) const;
 
   volume::SplatField field_;

@@ -128,7 +128,9 @@ void Surfaces::find(const camera::Ray& ray, const Chord* chord, std::vector<Surf
     });
   }
   for (const auto& surface : splats_) {
-    const auto hit = surface.rays->first_hit(ray, t_min_);
+    bool undecided = false;
+    const auto hit = surface.rays->first_hit(ray, t_min_, &undecided);
+    counts.surface_undecided += undecided;
     if (hit && hit->t <= end) add(hit->t, hit->normal, {hit->colour, 1}, surface.number);
   }
   std::sort(hits.begin(), hits.end(), [](const SurfaceHit& a, const SurfaceHit& b) {

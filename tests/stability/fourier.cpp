@@ -127,15 +127,18 @@ void slices(Table& table, const std::string& what, const Dims& dims, double scal
     const double rounding = 2 * transform_error(padded, kUnit<T>);
     double own = 0;
     if (!filter.interpolates() && name.starts_with("es:")) own = 3 * std::pow(10.0, 1 - filter.taps());
-    // Compensation raises what rounding leaves; float weights are polynomials to 1e-7 of the largest.
+    // Compensation raises what rounding leaves; float weights are polynomials to 1e-7 of the largest,
+    // on each of three axes.
     const double raised = filter.interpolates() ? 1 : compensation(filter, dims, padded).largest;
     const double polynomial = sizeof(T) == 4 ? 3e-7 : 0;
     std::ostringstream row;
     row << what << ", " << name;
-    table.row(row.str(), "Projector", sizeof(T) == 4 ? "float" : "double",
-              static_cast<double>(std::sqrt(error) / size), rounding * raised + own + polynomial,
-              own > 0 ? "10^(1-N) an axis (Barnett et al. 2019) and 14 u log2 N, raised by compensation"
-                      : "exact on grid points: 14 u log2 N");
+    table.row(
+        row.str(), "Projector", sizeof(T) == 4 ? "float" : "double",
+        static_cast<double>(std::sqrt(error) / size), rounding * raised + own + polynomial,
+        std::string(own > 0 ? "10^(1-N) an axis (Barnett et al. 2019) and 14 u log2 N, raised by compensation"
+                            : "exact on grid points: 14 u log2 N") +
+            (polynomial > 0 ? "; weights to 1e-7 an axis" : ""));
   }
 }
 

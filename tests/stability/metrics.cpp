@@ -12,7 +12,8 @@ namespace {
 using namespace vol::image;
 
 /// SSIM as its definition says it, in long double, about each window's own means; and the sum of what
-/// rounding may do to it: 1e-15 of the square of the picture's range, over the window's denominator (ssim.h).
+/// rounding may do to it: of each variance and twice the covariance 1e-15 of the square of the picture's
+/// range (ssim.h), over the window's denominator.
 struct Similarity {
   Real mean = 0;
   double uncertain = 0;
