@@ -29,6 +29,17 @@ bool is_native(VoxelType type) {
   return type == VoxelType::u8 || type == VoxelType::u16 || type == VoxelType::i16 || type == VoxelType::f32;
 }
 
+/// The longest way through a parallelepiped, given by its edges.
+double longest_diagonal(const Mat3& edges) {
+  double longest = 0;
+  for (const double y : {-1.0, 1.0}) {
+    for (const double z : {-1.0, 1.0}) {
+      longest = std::max(longest, (edges.col(0) + y * edges.col(1) + z * edges.col(2)).norm());
+    }
+  }
+  return longest;
+}
+
 bool is_covered(const volume::Volume& volume, const Scene& scene, const RenderOptions& options) {
   using volume::Reconstruction;
   if (options.quadrature == Quadrature::reference) return false;
@@ -46,8 +57,7 @@ bool is_covered(const volume::Volume& volume, const Scene& scene, const RenderOp
       return false;
   }
   const volume::FieldBounds bounds = volume::field_bounds(volume.geometry());
-  double diagonal = 0;  // of the box, at most
-  for (int a = 0; a < 3; ++a) diagonal += bounds.edges.col(a).norm();
+  const double diagonal = longest_diagonal(bounds.edges);
   if (!(diagonal / options.step < kMostSegments - 1)) return false;
   if (!(options.step / diagonal < kLongestStep)) return false;
   constexpr double kAddressable = 2147483647.0;

@@ -79,6 +79,9 @@ class PacketScene {
   /// \throws vol::Error as camera::Camera does, and where float cannot hold a pixel
   [[nodiscard]] RenderResult cast(const camera::View& view) const;
 
+  /// Whether packets draw it: else the oracle does, at a twentieth of their speed and less.
+  [[nodiscard]] bool in_packets() const { return tables_ != nullptr; }
+
   [[nodiscard]] const volume::Volume& volume() const { return volume_.original(); }
   [[nodiscard]] const Scene& scene() const { return scene_; }
   [[nodiscard]] const RenderOptions& options() const { return options_; }

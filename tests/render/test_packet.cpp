@@ -8,6 +8,7 @@
 #include "base/parallel.h"
 #include "instruction_sets.h"
 #include "packet_oracle.h"
+#include "volume/grid_sampler.h"
 
 namespace vol::render {
 namespace {
@@ -83,6 +84,26 @@ TEST_P(PacketRule, AgreesForFlatVolumesAndExtremeSteps) {
     options.step = step;
     expect_oracle(packet_volume<std::uint8_t>(200, {23, 18, 29}, 50), packet_soft_scene(255), options);
   }
+}
+
+TEST_P(PacketRule, TakesAsManyStepsAsItsCountersHold) {
+  // The way through the box from corner to corner is the longest: 32767 steps are counted by 15 bits.
+  const auto v = packet_volume<std::uint8_t>(255);
+  const Mat3 edges = volume::field_bounds(v.geometry()).edges;
+  double longest = 0;
+  for (const double y : {-1.0, 1.0}) {
+    for (const double z : {-1.0, 1.0}) {
+      longest = std::max(longest, Vec3(edges.col(0) + y * edges.col(1) + z * edges.col(2)).norm());
+    }
+  }
+  const Scene scene = packet_soft_scene(255);
+  RenderOptions options = packet_options(GetParam());
+  const PacketVolume packets(v);
+  options.step = longest / 32760;
+  EXPECT_TRUE(PacketScene(packets, scene, options).in_packets());
+  expect_oracle(v, scene, options);
+  options.step = longest / 32770;
+  EXPECT_FALSE(PacketScene(packets, scene, options).in_packets());
 }
 
 index::IndexVolume random_index(const Dims& dims, int reduction, double step, int levels) {
