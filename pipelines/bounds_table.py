@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 """Table of a `bounds` sweep: for every scene and bound the largest error of all views, and what the bound cost."""
 
-import argparse
 import csv
 import json
 import pathlib
 import statistics
+
+import records
 
 COLUMNS = ["dataset", "scene", "setting", "views", "refused", "largest", "estimate", "kept", "samples", "ms"]
 
@@ -34,11 +35,7 @@ def rows_of(group, pictures, asked):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("settings")
-    parser.add_argument("--csv", required=True)
-    parser.add_argument("--markdown", required=True)
-    arguments = parser.parse_args()
+    arguments = records.table_arguments(__doc__, "settings")
     settings = json.loads(pathlib.Path(arguments.settings).read_text())
     asked, rows, missed = settings["sweep"], [], 0
     for group in settings["groups"]:

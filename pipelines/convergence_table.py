@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 """Slopes of the errors that convergence.py found, beside those of theory: table and plot."""
 
-import argparse
 import csv
 import json
 import pathlib
@@ -13,6 +12,7 @@ matplotlib.rcParams["svg.hashsalt"] = "precis"  # the same ids in every run
 import matplotlib.pyplot as plt  # noqa: E402
 
 import orders  # noqa: E402
+import records  # noqa: E402
 
 COLUMNS = ["kind", "method", "over", "errors", "slope", "theory", "verdict", "reason"]
 TEXT = f"""\
@@ -69,10 +69,7 @@ def plot(found, folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("found")
-    parser.add_argument("-o", "--output", type=pathlib.Path, required=True)
-    arguments = parser.parse_args()
+    arguments = records.table_arguments(__doc__, "found", folder=True)
     found = json.loads(pathlib.Path(arguments.found).read_text())
     arguments.output.mkdir(parents=True, exist_ok=True)
     rows = [shown(row) for row in found]

@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 """Table and plot of a sweep of segmentations: agreement with the truth, which wavelet serves best, and what it costs."""
 
-import argparse
 import csv
 import json
 import pathlib
@@ -12,6 +11,8 @@ import matplotlib
 matplotlib.use("Agg")
 matplotlib.rcParams["svg.hashsalt"] = "precis"  # the same ids in every run
 import matplotlib.pyplot as plt  # noqa: E402
+
+import records  # noqa: E402
 
 COLUMNS = ["wavelet", "levels", "keep", "options", "agreement", "least", "first", "topographic_error", "seconds"]
 
@@ -53,11 +54,7 @@ def plot(found, asked, folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("settings")
-    parser.add_argument("found")
-    parser.add_argument("-o", "--output", type=pathlib.Path, required=True)
-    arguments = parser.parse_args()
+    arguments = records.table_arguments(__doc__, "settings", "found", folder=True)
     asked = json.loads(pathlib.Path(arguments.settings).read_text())["sweep"]
     found, folder = json.loads(pathlib.Path(arguments.found).read_text()), arguments.output
     folder.mkdir(parents=True, exist_ok=True)

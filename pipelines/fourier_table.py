@@ -1,10 +1,11 @@
 #!/usr/bin/python3
 """Tables of `fourier`: errors as CSV, and in Markdown Cheng's Tables 4.1 to 4.6 with what was measured beside."""
 
-import argparse
 import csv
 import json
 import pathlib
+
+import records
 
 COLUMNS = ["table", "dataset", "dims", "filter", "padding", "compensated", "view", "l2", "l2_centre", "largest", "ghosts"]
 FIGURES = COLUMNS[-4:]
@@ -161,11 +162,7 @@ def device(found):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("settings")
-    parser.add_argument("--csv", required=True)
-    parser.add_argument("--markdown", required=True)
-    arguments = parser.parse_args()
+    arguments = records.table_arguments(__doc__, "settings")
     found = Found(json.loads(pathlib.Path(arguments.settings).read_text()))
     with open(arguments.csv, "w", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")

@@ -1,5 +1,6 @@
 """Reads what a sweep left behind: stats records of the runs and errors of their pictures, as rows of one table."""
 
+import argparse
 import csv
 import json
 import pathlib
@@ -10,6 +11,20 @@ KEY = ["dataset", "scene", "method", "wavelet", "epsilon", "quadrature", "step"]
 ACCURACY = ["samples", "mse_uniform", "mse_truth"]
 COST = ["time_s", "index_s", "transform_s"]
 COLUMNS = KEY + ACCURACY + COST
+
+
+def table_arguments(description, *inputs, folder=False):
+    """The command line of a program that makes tables: its inputs (of "found..." one or more), and as -o a folder for what it
+    makes, or else --csv and --markdown."""
+    parser = argparse.ArgumentParser(description=description)
+    for name in inputs:
+        parser.add_argument(name.removesuffix("..."), nargs="+" if name.endswith("...") else None)
+    if folder:
+        parser.add_argument("-o", "--output", type=pathlib.Path, required=True, help="folder")
+    else:
+        parser.add_argument("--csv", required=True)
+        parser.add_argument("--markdown", required=True)
+    return parser.parse_args()
 
 
 def load(path):

@@ -1,9 +1,7 @@
 #!/usr/bin/python3
 """The table of extremes: the program's rows as they are, and in Markdown kernel by kernel."""
 
-import argparse
 import collections
-import pathlib
 import shutil
 
 import records
@@ -22,10 +20,7 @@ many cases, judged by error over bound. What cannot be right is refused, with th
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("rows")
-    parser.add_argument("-o", "--output", type=pathlib.Path, required=True)
-    arguments = parser.parse_args()
+    arguments = records.table_arguments(__doc__, "rows", folder=True)
     rows = records.read_csv(arguments.rows)
     arguments.output.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(arguments.rows, arguments.output / "table.csv")

@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 """The table of a sweep: every run as CSV, and in Markdown the paper's two tables with what was measured beside."""
 
-import argparse
 import pathlib
 
 import records
@@ -101,11 +100,7 @@ def uniform_curve(table):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("settings")
-    parser.add_argument("--csv", required=True)
-    parser.add_argument("--markdown", required=True)
-    arguments = parser.parse_args()
+    arguments = records.table_arguments(__doc__, "settings")
     settings = records.load(arguments.settings)
     table = list(records.rows(settings))
     records.write_csv(arguments.csv, table)

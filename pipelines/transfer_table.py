@@ -2,7 +2,6 @@
 """Tables and plots of a sweep of transfer curves: residual over the number of control points, fitted curves over their targets
 and histograms, the pictures side by side, and what the control points cost."""
 
-import argparse
 import csv
 import json
 import pathlib
@@ -15,6 +14,7 @@ matplotlib.rcParams["svg.hashsalt"] = "precis"  # the same ids in every run
 import matplotlib.pyplot as plt  # noqa: E402
 
 import isosurface  # noqa: E402
+import records  # noqa: E402
 import sweep  # noqa: E402
 
 COLUMNS = ["dataset", "target", "points", "rms", "largest", "condition", "rank", "method", "iterations"]
@@ -143,11 +143,7 @@ def markdown(columns, rows):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("settings")
-    parser.add_argument("found", nargs="+")
-    parser.add_argument("-o", "--output", type=pathlib.Path, required=True)
-    arguments = parser.parse_args()
+    arguments = records.table_arguments(__doc__, "settings", "found...", folder=True)
     settings = json.loads(pathlib.Path(arguments.settings).read_text())
     asked, out = settings["sweep"], settings["out"]
     found = [json.loads(pathlib.Path(path).read_text()) for path in arguments.found]
