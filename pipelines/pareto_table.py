@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 """Tables of a `pareto` sweep: every setting as CSV; in Markdown the fastest at equal error, slopes, and --max-error."""
 
-import argparse
 import csv
 import json
 import math
@@ -16,10 +15,12 @@ COLUMNS = ["dataset", "scene", "size", "method", "setting", "samples", "mse", "m
 EXPLANATION = """\
 Pictures of {size} pixels; truth: the adaptive reference integral. MSE on the byte scale, largest error on the colour scale 0..1.
 The first pass renders every setting once, for its error; the fastest at each error are timed again in {rounds} interleaved
-rounds. *Ratio*: time of the best uniform setting over that of the best other setting, median of the rounds with its 95 %
-interval (order statistics); above 1 the other is faster. Uniform sampling may take any step and quadrature, with
-the same skipping of empty space, with and without early termination. Times are of rendering alone; what an index
-takes to build, once a scene, stands in table.csv. {host}.
+rounds. Which of them is the best of its kind the first pass says, for the second number of threads the rounds with the first: no
+setting is chosen for the luck that it is measured with. *Ratio*: time of the best uniform setting over that of the best
+other setting, median with its 95 % interval (order statistics); above 1 the other is faster. Uniform sampling may take any step
+and quadrature, with the same skipping of empty space, with and without early termination. Times are of rendering alone;
+what an index takes to build for a scene, on all cores, stands beside them, and the ratio of a first picture, which
+waits for it. {host}.
 """
 
 
@@ -42,22 +43,30 @@ def best(times, runs, baseline, target):
 
 
 def equal_error(swept, groups):
-    """One row a scene, target and thread count: (group, target, threads, uniform, ms, other, ms, ratio)."""
+    """One dict a scene, target and thread count: the best settings, their times and ratio; of an index its building, and the ratio
+    of a first picture."""
     for group, (runs, timed) in groups.items():
         by_setting = {r["setting"]: r for r in runs}
+        earlier = {}
         for threads, times in timed.items():
+            choosing = {s: earlier.get(s, [by_setting[s]["seconds"]]) for s in times}
+            earlier = earlier or times
             for target in swept["targets"]:
-                uniform, other = (best(times, by_setting, b, target) for b in (True, False))
+                uniform, other = (best(choosing, by_setting, b, target) for b in (True, False))
                 ratio = rounds.ratio(times[uniform], times[other]) if uniform and other else None
+                seconds = [statistics.median(times[s]) if s else math.nan for s in (uniform, other)]
+                build = by_setting[other]["index_s"] if other else None
                 yield dict(group=group, target=target, threads=threads, uniform=uniform, other=other, ratio=ratio,
-                           method=by_setting[other]["method"] if other else "",
-                           ms=[1e3 * statistics.median(times[s]) if s else math.nan for s in (uniform, other)])
+                           method=by_setting[other]["method"] if other else "", ms=[1e3 * s for s in seconds],
+                           build_ms=1e3 * build if build else None,
+                           first=seconds[0] / (seconds[1] + build) if uniform and build else None)
 
 
 def equal_error_table(rows):
     lines = [[r["group"], f"{r['target']:g}", r["threads"], r["uniform"] or "none reaches it", shown_ms(r["ms"][0]),
-              r["other"] or "none reaches it", shown_ms(r["ms"][1]), rounds.shown(r["ratio"]) if r["ratio"] else "-"] for r in rows]
-    return markdown(["scene", "MSE at most", "threads", "uniform", "ms", "other", "ms", "ratio"], lines)
+              r["other"] or "none reaches it", shown_ms(r["ms"][1]), rounds.shown(r["ratio"]) if r["ratio"] else "-",
+              shown_ms(r["build_ms"]) if r["build_ms"] else "", f"{r['first']:.2f}" if r["first"] else ""] for r in rows]
+    return markdown(["scene", "MSE at most", "threads", "uniform", "ms", "other", "ms", "ratio", "index, ms", "ratio with it"], lines)
 
 
 def summary(swept, rows):
@@ -120,11 +129,7 @@ def write_csv(path, size, groups):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("settings")
-    parser.add_argument("--csv", required=True)
-    parser.add_argument("--markdown", required=True)
-    arguments = parser.parse_args()
+    arguments = records.table_arguments(__doc__, "settings")
     settings = load(arguments.settings)
     if not settings["groups"]:
         raise SystemExit("pareto: none of the data sets is at hand")

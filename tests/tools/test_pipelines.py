@@ -16,6 +16,7 @@ import check  # noqa: E402
 import isosurface  # noqa: E402
 import orders  # noqa: E402
 import pareto  # noqa: E402
+import pareto_table  # noqa: E402
 import records  # noqa: E402
 import rounds  # noqa: E402
 import sweep  # noqa: E402
@@ -111,6 +112,21 @@ class Pareto(unittest.TestCase):
         self.assertEqual(set(pareto.contenders(self.RUNS, [1], 1)), {"u1", "o2"})
         self.assertEqual(set(pareto.contenders(self.RUNS, [.1], 1)), {"u2", "o1"})
         self.assertEqual(set(pareto.contenders(self.RUNS, [.02], 2)), {"u3"})
+
+    def test_settings_are_chosen_by_other_times_than_measured(self):
+        runs = [{"setting": "u", "method": "uniform", "baseline": True, "mse": 1, "index_s": None, "seconds": 8},
+                {"setting": "lucky", "method": "split", "baseline": False, "mse": 1, "index_s": None, "seconds": 9},
+                {"setting": "index", "method": "index", "baseline": False, "mse": 1, "index_s": 2.0, "seconds": 3}]
+        # Of the rounds alone "lucky" would be the fastest.
+        times = {"u": [8.0] * 9, "lucky": [1.0] * 9, "index": [2.0] * 9}
+        single = {"u": [12.0] * 9, "lucky": [9.0] * 9, "index": [3.0] * 9}
+        two, one = pareto_table.equal_error({"targets": [1]}, {"a/b": (runs, {"2": times, "1": single})})
+        self.assertEqual((two["uniform"], two["other"], two["ratio"]), ("u", "index", (4, 4, 4)))
+        self.assertEqual((two["ms"], two["build_ms"], two["first"]), ([8000, 2000], 2000, 2))
+        self.assertEqual((one["other"], one["ratio"], one["build_ms"]), ("lucky", (12 / 9,) * 3, None))  # by the rounds of two
+        row, = pareto_table.equal_error({"targets": [0.5]}, {"a/b": (runs, {"2": times})})
+        self.assertEqual((row["uniform"], row["other"], row["ratio"], row["build_ms"]), (None, None, None, None))
+        self.assertIn("none reaches it", pareto_table.equal_error_table([row]))
 
     def test_curves_are_all_combinations(self):
         found = list(pareto.curves({"with": {"a": [1, 2], "b": [3]}, "ladder": {"c": [5, 6]}}))
