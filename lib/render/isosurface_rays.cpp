@@ -5,8 +5,7 @@
 #include <limits>
 
 #include "base/error.h"
-#include "base/parallel.h"
-#include "render/shading.h"
+#include "render/surface_picture.h"
 #include "render/visibility.h"
 #include "volume/grid_sampler.h"
 
@@ -210,20 +209,7 @@ bool IsosurfaceRays::begins_inside(const camera::Ray& ray, const Chord& chord) c
 
 IsosurfaceRays::Hit IsosurfaceRays::border_hit(const camera::Ray& ray, double t) const {
   const Vec3 p = ray.origin + t * ray.direction;
-  // The face that the point is nearest to, in box coordinates; its outward normal is a covector.
-  const Mat3 to_box = bounds().edges.inverse();
-  const Vec3 u = to_box * (p - bounds().corner);
-  int axis = 0;
-  double nearest = std::numeric_limits<double>::infinity();
-  for (int a = 0; a < 3; ++a) {
-    const double distance = std::min(std::abs(u[a]), std::abs(1 - u[a]));
-    if (distance < nearest) {
-      nearest = distance;
-      axis = a;
-    }
-  }
-  const Vec3 normal = to_box.row(axis).transpose().normalized() * (u[axis] < 0.5 ? -1 : 1);
-  return {t, p, normal};
+  return {t, p, outward_normal(box_, p)};
 }
 
 void IsosurfaceRays::for_hits(const camera::Ray& ray, const Chord& chord,
@@ -288,40 +274,7 @@ std::optional<IsosurfaceRays::Hit> IsosurfaceRays::first_hit(const camera::Ray& 
 IsosurfaceImage draw_isosurface(const IsosurfaceRays& surface, const Scene& scene, const Vec3& colour,
                                 int width, int height) {
   IsosurfaceImage result;
-  result.image = image::Image(width, height,
-                              {"R", "G", "B", "A", "depth", "normal.x", "normal.y", "normal.z", "position.x",
-                               "position.y", "position.z"});
-  const RayBox box(surface.bounds());
-  const camera::Camera camera(scene.view, surface.bounds().centre(), surface.bounds().longest_edge(), width,
-                              height);
-  const BlinnPhong light(scene.shading.value_or(Shading{}));
-  const auto row = [&](std::int64_t begin, std::int64_t end) {
-    IsosurfaceRays::Counts counts;
-    for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-      for (int x = 0; x < width; ++x) {
-        float* pixel = &result.image.at(x, y, 0);
-        std::fill_n(pixel, 11, 0.0F);
-        pixel[4] = std::numeric_limits<float>::infinity();
-        const camera::Ray ray = camera.ray(x + 0.5, y + 0.5);
-        const auto chord = box.chord(ray, camera.t_min());
-        if (!chord) continue;
-        const auto hit = surface.first_hit(ray, *chord, counts);
-        if (!hit) continue;
-        const Vec3 lit = light(-hit->normal, ray.direction)(colour);
-        for (int c = 0; c < 3; ++c) {
-          pixel[c] = static_cast<float>(lit[c]);
-          pixel[5 + c] = static_cast<float>(hit->normal[c]);
-          pixel[8 + c] = static_cast<float>(hit->position[c]);
-        }
-        pixel[3] = 1;
-        pixel[4] = static_cast<float>(hit->t);
-      }
-    }
-    return counts;
-  };
-  result.counts = parallel_reduce<IsosurfaceRays::Counts>(
-      0, height, 1, row,
-      [](IsosurfaceRays::Counts& sum, const IsosurfaceRays::Counts& part) { sum += part; });
+  result.image = draw_first_hits(surface, scene, colour, width, height, result.counts);
   return result;
 }
 

@@ -174,6 +174,7 @@ Expansion::Expansion(Decomposition<T> decomposition, const ExpansionOptions& opt
         band.factor[i] = static_cast<int>(same - functions_.begin());
         if (same == functions_.end()) functions_.push_back(f);
         band.scale[a] = std::ldexp(1.0, subband.level);
+        band.period[i] = extended[i] >> subband.level;
         band.shift[a] = wavelet.mean;
         band.weight /= std::sqrt(band.scale[a]);
       }

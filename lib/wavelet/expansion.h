@@ -33,6 +33,7 @@ struct Band {
   Vec3 shift = Vec3::Zero();
   Vec3 lower = Vec3::Zero();  ///< support of a factor in u
   Vec3 upper = Vec3::Ones();
+  std::array<std::int64_t, 3> period{};  ///< of k, on a transformed axis; 0 on others
   std::vector<Term> terms;
   std::vector<std::vector<Node>> nodes;  ///< [0]: one for kFanout terms; the last: one node
 
