@@ -1,12 +1,10 @@
 #!/usr/bin/python3
-"""One curvilinear grid by every setting of the sweep: times interleaved, counts, the error against the same options at
-the finest throttle."""
+"""One curvilinear grid by every setting of the sweep: counts and errors at every size, times interleaved at the first."""
 
 import argparse
 import json
 import pathlib
 import shlex
-import statistics
 import subprocess
 
 import yaml
@@ -16,31 +14,54 @@ import sweep
 
 
 class Drawer:
-    def __init__(self, binaries, words, folder):
-        self.bin, self.words, self.folder = binaries, words, folder
+    """curv-tricubic on one grid at one size."""
+
+    def __init__(self, binaries, words, size, folder):
+        self.bin, self.words, self.size, self.folder = binaries, words, size, folder
+        self.truths = {}  # options: name of the picture
         folder.mkdir(parents=True, exist_ok=True)
 
-    def draw(self, options, name, form="exr"):
+    def draw(self, options, name, form="exr", repeat=1):
         """The stats record of a picture, NAME.FORM."""
         stats = self.folder / "picture.json"
-        subprocess.run([f"{self.bin}/curv-tricubic", *self.words, "-o", str(self.folder / f"{name}.{form}"), "--stats", str(stats),
-                        "--quiet", *shlex.split(options)], check=True)
+        words = [f"{self.bin}/curv-tricubic", *self.words, "--size", self.size, "-o", self.folder / f"{name}.{form}", "--stats", stats,
+                 "--repeat", repeat, "--quiet", *shlex.split(options)]
+        subprocess.run([str(word) for word in words], check=True)
         return json.loads(stats.read_text())
 
-    def error(self, name, truth):
+    def seconds(self, options, repeat=2):
+        """The fastest of some runs in one process: the first also pays for memory that is touched for the first time."""
+        return min(self.draw(options, "timed", repeat=repeat)["time_s"]["phases"]["render"])
+
+    def compare(self, picture, truth):
         """(RMSE, largest difference), linear colours 0 to 1."""
-        done = subprocess.run([f"{self.bin}/img-compare", self.folder / f"{name}.exr", self.folder / f"{truth}.exr", "--json",
-                               "--metric", "mse_byte,max"], capture_output=True, text=True)
+        done = subprocess.run([f"{self.bin}/img-compare", picture, truth, "--json", "--metric", "mse_byte,max"], check=True,
+                              capture_output=True, text=True)
         figures = json.loads(done.stdout)["all"]
         return figures["mse_byte"] ** 0.5 / 255, figures["max"]
 
+    def error(self, name, options, asked):
+        """Against rays where the thickness is physical, else against the finest throttle."""
+        if options not in self.truths:
+            self.truths[options] = f"truth-{len(self.truths)}"
+            self.draw(rays(options, asked) if "physical" in options else f"{options} --throttle {asked['finest']}", self.truths[options])
+        return self.compare(self.folder / f"{name}.exr", self.folder / f"{self.truths[options]}.exr")
 
-def words_of(grid, name, binaries, folder):
+
+def rays(options, asked):
+    """The same picture by rays, which have no order."""
+    return f"{options.replace('--order depth', '')} --method rays --tolerance {asked['tolerance']}"
+
+
+def spelled(setting):
+    return f"{setting.get('options', '')} --throttle {setting.get('throttle', 1)}"
+
+
+def words_of(grid, binaries, folder):
     """The command's words that name the grid, made where it is a phantom."""
     if "source" in grid:
         entry = yaml.safe_load((sweep.ROOT / "configs/data.yaml").read_text())["grids"][grid["source"]]
-        solution = sweep.locate({"file": entry["solution"]})
-        words = [sweep.locate(entry), "--plot3d", "auto", "--solution", solution]
+        words = [sweep.locate(entry), "--plot3d", "auto", "--solution", sweep.locate({"file": entry["solution"]})]
     else:
         path = folder / "grid.vts"
         subprocess.run([f"{binaries}/vol-phantom", *shlex.split(grid["make"]), "-o", path], check=True)
@@ -58,27 +79,27 @@ def main():
     settings = json.loads(pathlib.Path(arguments.settings).read_text())
     asked, folder = settings["sweep"], pathlib.Path(settings["out"]) / "pictures" / arguments.grid
     folder.mkdir(parents=True, exist_ok=True)
-    grid = asked["grids"][arguments.grid]
-    drawer = Drawer(arguments.bin, [*words_of(grid, arguments.grid, arguments.bin, folder), "--size", asked["size"]], folder)
-    found, truths = {}, {}
-    for name, setting in asked["settings"].items():
-        options, throttle = setting.get("options", ""), setting.get("throttle", 1)
-        if options not in truths:
-            truths[options] = f"finest-{len(truths)}"
-            drawer.draw(f"{options} --throttle {asked['finest']}", truths[options])
-        stats = drawer.draw(f"{options} --throttle {throttle}", name)
-        rmse, largest = drawer.error(name, truths[options])
-        found[name] = {"counts": stats["counts"], "rmse": rmse, "max": largest, "finest": truths[options]}
-        if name in asked["pictures"]:
-            drawer.draw(f"{options} --throttle {throttle}", name, "png")
-    contenders = {name: lambda s=s, n=name: drawer.draw(f"{s.get('options', '')} --throttle {s.get('throttle', 1)}", n)["time_s"]["compute"]
-                  for name, s in asked["settings"].items()}
-    times = rounds.interleaved(contenders, asked["rounds"])
-    for name in found:
-        found[name]["seconds"] = statistics.median(times[name])
-    ratio = rounds.ratio(times["tricubic"], times["trilinear"])
-    rounds.say(f"{arguments.grid}: {len(found)} pictures")
-    pathlib.Path(arguments.output).write_text(json.dumps({"grid": arguments.grid, "folder": str(folder), "drawn": found, "ratio": ratio}, indent=1))
+    words = words_of(asked["grids"][arguments.grid], arguments.bin, folder)
+    found = {"grid": arguments.grid, "folder": str(folder / asked["sizes"][0]), "drawn": [], "seconds": {}}
+    for size in asked["sizes"]:
+        drawer = Drawer(arguments.bin, words, size, folder / size)
+        for name, setting in asked["settings"].items():
+            stats = drawer.draw(spelled(setting), name)
+            rmse, largest = drawer.error(name, setting.get("options", ""), asked)
+            found["drawn"].append({"size": size, "setting": name, "counts": stats["counts"], "rmse": rmse, "max": largest})
+    rounds.say(f"{arguments.grid}: {len(found['drawn'])} pictures")
+
+    drawer = Drawer(arguments.bin, words, asked["sizes"][0], folder / asked["sizes"][0])
+    for name in asked["pictures"]:
+        drawer.draw(rays("", asked) if name == "rays" else spelled(asked["settings"][name]), name, "png")
+    if asked["rounds"]:
+        contenders = {name: lambda s=spelled(s): drawer.seconds(s) for name, s in asked["settings"].items()}
+        found["seconds"] = rounds.interleaved(contenders, asked["rounds"])
+        slow = {"rays": "", "rays trilinear": "--cells trilinear"}
+        for name, options in slow.items():
+            found["seconds"][name] = [drawer.seconds(rays(options, asked), 1) for _ in range(asked["rays_rounds"])]
+        rounds.say(f"{arguments.grid}: times")
+    pathlib.Path(arguments.output).write_text(json.dumps(found, indent=1))
 
 
 if __name__ == "__main__":

@@ -2,17 +2,45 @@
 
 _at_hand = yaml.safe_load(open("configs/data.yaml"))["grids"]
 GRIDS = [name for name, grid in SWEEP["grids"].items() if "source" not in grid or sweep.locate(_at_hand[grid["source"]])]
-ENDS += [f"{RESULTS}/table.csv", f"{RESULTS}/table.md", f"{RESULTS}/pictures.png"]
+TESTS = Path(BIN).parent / "tests/bench"
+ENDS += [f"{RESULTS}/table.csv", f"{RESULTS}/table.md", f"{RESULTS}/pictures.png", f"{RESULTS}/throttle.png"]
+
+PARTS = expand(f"{OUT}/drawn/{{grid}}.json", grid=GRIDS)
+if not SHORT:
+    PARTS += [f"{OUT}/drift.csv", f"{OUT}/memory.json"]
+    if sweep.locate(_at_hand[SWEEP["peer"]["grid"]]):
+        PARTS += [f"{OUT}/peer.json"]
 
 rule grid:
     input:
         "pipelines/curvilinear.py", [f"{BIN}/{tool}" for tool in ("vol-phantom", "curv-tricubic", "img-compare")]
     output: f"{OUT}/drawn/{{grid}}.json"
-    params: asked=lambda w: [SWEEP["grids"][w.grid], *(SWEEP[k] for k in ("size", "rounds", "finest", "settings"))]
+    params: asked=lambda w: [SWEEP["grids"][w.grid], *(SWEEP[k] for k in ("sizes", "rounds", "rays_rounds", "finest", "tolerance", "settings"))]
     threads: ALL_CORES
     shell: "{PYTHON} -B pipelines/curvilinear.py {SETTINGS} '{wildcards.grid}' --bin {BIN} -o {output}"
 
+# A program beside the tests.
+rule drift:
+    input: f"{TESTS}/forward_difference_drift"
+    output: f"{OUT}/drift.csv"
+    threads: ALL_CORES
+    shell: "{input} > {output}"
+
+rule memory:
+    input: "pipelines/curvilinear_memory.py", [f"{BIN}/{tool}" for tool in ("vol-phantom", "curv-tricubic")]
+    output: f"{OUT}/memory.json"
+    threads: ALL_CORES
+    shell: "{PYTHON} -B pipelines/curvilinear_memory.py --bin {BIN} -o {output}"
+
+rule peer:
+    input:
+        "pipelines/curvilinear_peer.py", "pipelines/peers/vtk_grid.py", [f"{BIN}/{tool}" for tool in ("curv-tricubic", "img-compare")]
+    output: f"{OUT}/peer.json"
+    params: asked=SWEEP["peer"]
+    threads: ALL_CORES
+    shell: "{PYTHON} -B pipelines/curvilinear_peer.py {SETTINGS} --bin {BIN} -o {output}"
+
 rule table:
-    input: "pipelines/curvilinear_table.py", SETTINGS, found=expand(f"{OUT}/drawn/{{grid}}.json", grid=GRIDS)
+    input: "pipelines/curvilinear_table.py", SETTINGS, found=PARTS
     output: ENDS
     shell: "{PYTHON} -B pipelines/curvilinear_table.py {SETTINGS} -o {RESULTS} {input.found}"

@@ -254,6 +254,9 @@ TEST(Plot3d, PublicGridsAreReadOrRefusedForAReason) {
   }
   EXPECT_EQ(read(multi / "mbwavelet_ascii.xyz", multi / "mbwavelet_ascii.q").blocks.size(), 3U);
   EXPECT_THAT(refusal(multi / "multi-bin-2D.xyz"), HasSubstr("2-D"));
+  GridOptions flat;
+  flat.solution = multi / "multi-bin-2D.q";
+  EXPECT_THAT(refusal(multi / "multi-bin.xyz", flat), HasSubstr("multi-bin-2D.q"));
   EXPECT_THAT(refusal(multi / "multi.p3d"), HasSubstr("meta file"));
   EXPECT_THAT(refusal(multi / "test.p3d"), HasSubstr("meta file"));
 }
