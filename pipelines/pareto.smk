@@ -4,7 +4,7 @@ import pareto
 
 TIMED = [g for g in GROUPS if SWEEP["rounds"] and SWEEP["datasets"][g.split("/")[0]].get("timed", True)]
 ENDS += [f"{RESULTS}/table.csv", f"{RESULTS}/table.md"]
-if not SHORT:
+if PICTURES:
     ENDS.append(f"{RESULTS}/error-time.png")
 
 
