@@ -1,7 +1,7 @@
 # Rules of Fourier volume rendering (fourier.yaml).
 
 ENDS += [f"{RESULTS}/table.csv", f"{RESULTS}/table.md", f"{RESULTS}/error-time.png", f"{RESULTS}/growth.png",
-         f"{RESULTS}/pictures.png", f"{RESULTS}/models.png"]
+         f"{RESULTS}/pictures.png", f"{RESULTS}/models.png", f"{RESULTS}/pairs/pairs.json"]
 TOOLS = [f"{BIN}/{tool}" for tool in ("vol-fft", "fvr-slice", "vol-convert", "vol-phantom", "vol-raycast")]
 CODE = ["pipelines/fourier.py", "pipelines/fourier_truth.py"]
 
@@ -31,6 +31,6 @@ rule plot:
 
 rule pictures:
     input: "pipelines/fourier_pictures.py", TOOLS, [volume(d) for d in DATASETS]
-    output: f"{RESULTS}/pictures.png", f"{RESULTS}/models.png"
+    output: f"{RESULTS}/pictures.png", f"{RESULTS}/models.png", f"{RESULTS}/pairs/pairs.json"
     threads: ALL_CORES
     shell: "{PYTHON} -B pipelines/fourier_pictures.py {SETTINGS} --bin {BIN} -o {RESULTS}"

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Contact sheets of `fourier`: what the paper's Figures 4.2 to 4.9 show (filters, with what each is wrong by), and models: shading,
-bands, edges, and a turn."""
+bands, edges, and a turn. The filters' pictures also as a list of pairs."""
 
 import argparse
 import json
@@ -14,6 +14,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy  # noqa: E402
 
 import fourier  # noqa: E402
+import pairs  # noqa: E402
 import sweep  # noqa: E402
 
 FILTERS = [("nearest", 1, False, "4.2: nearest"), ("trilinear", 1, False, "4.4: trilinear"),
@@ -21,6 +22,10 @@ FILTERS = [("nearest", 1, False, "4.2: nearest"), ("trilinear", 1, False, "4.4: 
            ("catmull-rom", 1, False, "Catmull-Rom, 64 samples"), ("trilinear", 2, False, "4.9: trilinear, padding 2"),
            ("es:6", 2, True, "es:6, padding 2")]
 TURN = 6
+
+
+def grey(picture, largest):
+    return numpy.clip(picture / largest, 0, 1) ** (1 / 2.2)
 
 
 def sheet(rows, path):
@@ -33,12 +38,12 @@ def sheet(rows, path):
         for axes, (title, picture, largest) in zip(line, row):
             axes.set_title(title, fontsize=6.5)
             if picture.ndim == 3:
-                axes.imshow(numpy.clip(picture / largest, 0, 1) ** (1 / 2.2), interpolation="nearest")
+                axes.imshow(grey(picture, largest), interpolation="nearest")
             elif largest is None:  # an error: white is none
                 most = abs(picture).max()
                 axes.imshow(picture, cmap="RdBu", vmin=-most, vmax=most, interpolation="nearest")
             else:
-                axes.imshow(numpy.clip(picture / largest, 0, 1) ** (1 / 2.2), cmap="gray", vmin=0, vmax=1, interpolation="nearest")
+                axes.imshow(grey(picture, largest), cmap="gray", vmin=0, vmax=1, interpolation="nearest")
     figure.savefig(path, dpi=130, metadata={"Software": None})
     plt.close(figure)
 
@@ -55,6 +60,21 @@ def filters(tools, config, volume, dataset, size):
         shown.append((title, picture, truth[0].max()))
         wrong.append((f"error, up to {abs(picture - truth[0]).max() / truth[0].max():.2g}", picture - truth[0], None))
     return [shown, wrong]
+
+
+def compared(rows, dataset, size, folder, output):
+    """The filters' pictures, in the two rows of the sheet, as pairs: each beside the truth, errors red and blue to their largest."""
+    (_, truth, most), *shown = rows[0]
+    pictures, others = {"truth.png": folder / "truth.png"}, []
+    plt.imsave(pictures["truth.png"], grey(truth, most), cmap="gray", vmin=0, vmax=1)
+    for n, ((title, picture, _), (says, error, _)) in enumerate(zip(shown, rows[1][1:])):
+        names = f"{n}.png", f"{n}-error.png"
+        pictures |= {name: folder / name for name in names}
+        plt.imsave(pictures[names[0]], grey(picture, most), cmap="gray", vmin=0, vmax=1)
+        largest = abs(error).max()
+        plt.imsave(pictures[names[1]], error, cmap="RdBu", vmin=-largest, vmax=largest)
+        others.append(pairs.other(title, *names, f"{says} of the largest pixel; red too dark, blue too bright"))
+    pairs.write(output, [pairs.entry(f"{dataset}, {size}^3: what each filter makes of the same spectrum", "es:12, f64", "truth.png", others)], pictures)
 
 
 def models(tools, config, volume, dataset, size):
@@ -102,7 +122,9 @@ def main():
         tools = fourier.Tools(arguments.bin, folder)
         volumes = {d: sweep.volume(d, settings["out"]) for d in settings["datasets"]}
         first = "head" if "head" in volumes else next(iter(volumes))
-        sheet(filters(tools, config, volumes[first], first, size), pathlib.Path(arguments.output) / "pictures.png")
+        rows = filters(tools, config, volumes[first], first, size)
+        sheet(rows, pathlib.Path(arguments.output) / "pictures.png")
+        compared(rows, first, size, pathlib.Path(folder), arguments.output)
         rows = [models(tools, config, volume, name, size) for name, volume in volumes.items()]
         last = "bonsai" if "bonsai" in volumes else first
         sheet([*rows, turn(tools, config, volumes[last], last, size)], pathlib.Path(arguments.output) / "models.png")

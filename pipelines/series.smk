@@ -22,10 +22,10 @@ def commands(run, folder):
 
 
 ENDS += [f"{RESULTS}/table.csv", f"{RESULTS}/table.md"]
+if PICTURES:
+    ENDS += [f"{RESULTS}/{name}" for name in ("contact.png", "pairs/pairs.json", "error-samples.png", "error-time.png")]
 if not SHORT:
-    ENDS += [f"{RESULTS}/{name}" for name in ("contact.png", "error-samples.png", "error-time.png")]
-    if Path("pipelines/decomposition.py").exists():
-        ENDS.append(f"{RESULTS}/decomposition.md")
+    ENDS.append(f"{RESULTS}/decomposition.md")
 
 # A series is what one method does with one wavelet: a few pictures, one after the other.
 rule series:
@@ -87,8 +87,8 @@ rule contact:
     input:
         "pipelines/contact.py", f"{BIN}/img-compare",
         records=RECORDS["errors"], table=f"{RESULTS}/table.csv", settings=SETTINGS
-    output: f"{RESULTS}/contact.png"
-    shell: "{PYTHON} pipelines/contact.py {SETTINGS} --bin {BIN} --table {input.table} -o {output}"
+    output: f"{RESULTS}/contact.png", f"{RESULTS}/pairs/pairs.json"
+    shell: "{PYTHON} pipelines/contact.py {SETTINGS} --bin {BIN} --table {input.table} -o {output[0]}"
 
 # Where the saving comes from, step by step: its own script, its own runs.
 rule decomposition:

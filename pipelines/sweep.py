@@ -122,6 +122,12 @@ def raycast(run, config, out):
             f" --quadrature {run.quadrature} --step {run.step}{index} {config['methods'][run.method].get('render', '')}")
 
 
+def reference(group, config, out):
+    """The command that renders a group's truth, but for its output."""
+    return (f"vol-raycast {volume(group.split('/')[0], out)} --scene {scene(group)} --size {config['size']}"
+            f" --quadrature reference --tolerance {config['tolerance']}")
+
+
 def render_seconds(stats):
     """Median time of the rendering alone, of a stats record of vol-raycast: what is made once a volume is not in it."""
     return statistics.median(stats["time_s"]["phases"]["render"])

@@ -2,7 +2,7 @@
 
 TRANSFER_DATASETS = [d for d in DATASETS if d in SWEEP.get("only", list(SWEEP["datasets"]))]
 ENDS += [f"{RESULTS}/{name}" for name in ("table.csv", "cost.csv", "table.md", "curves.png", "residual.png", "pictures.png", "cost.png",
-                                          "curves.svg", "residual.svg", "cost.svg")]
+                                          "curves.svg", "residual.svg", "cost.svg", "pairs/pairs.json")]
 
 rule fitted:
     input:

@@ -14,6 +14,7 @@ matplotlib.rcParams["svg.hashsalt"] = "precis"  # the same ids in every run
 import matplotlib.pyplot as plt  # noqa: E402
 
 import isosurface  # noqa: E402
+import pairs  # noqa: E402
 import records  # noqa: E402
 import sweep  # noqa: E402
 
@@ -108,6 +109,19 @@ def plot_pictures(found, asked, out, folder):
     save(figure, folder, "pictures", ["png"])
 
 
+def list_pairs(found, asked, out, folder):
+    """The first target of every data set: slices beside rays."""
+    entries, pictures = [], {}
+    for f in found:
+        target, error = next(iter(f["pictures"].items()))
+        names = [f"{f['dataset']}-{kind}.png" for kind in ("ray", "fvr", "difference")]
+        pictures |= {name: f"{out}/curves/{f['dataset']}/{target}-{name.removeprefix(f['dataset'] + '-')}" for name in names}
+        figures = f"RMSE {100 * error['rmse'] / error['peak']:.2g} %, largest {100 * error['largest'] / error['peak']:.2g} % of the largest pixel"
+        entries.append(pairs.entry(f"{f['dataset']}, {target}, {asked['drawn']} control points: rays and Fourier slices", "vol-raycast --model xray",
+                                   names[0], [pairs.other("fvr-slice", *names[1:], figures)]))
+    pairs.write(folder, entries, pictures)
+
+
 def mean_rms(f, n):
     """Root of the mean square over the targets."""
     squares = [r["rms"] ** 2 for r in f["fits"] if r["points"] == n]
@@ -174,6 +188,7 @@ def main():
     plot_curves(found, asked, out, folder)
     plot_residuals(found, folder)
     plot_pictures(found, asked, out, folder)
+    list_pairs(found, asked, out, folder)
     plot_costs(found, folder)
 
 
