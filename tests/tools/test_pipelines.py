@@ -5,6 +5,8 @@ import contextlib
 import io
 import os
 import pathlib
+import re
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -18,8 +20,11 @@ import orders  # noqa: E402
 import pareto  # noqa: E402
 import pareto_table  # noqa: E402
 import records  # noqa: E402
+import report  # noqa: E402
+import report_markdown  # noqa: E402
 import rounds  # noqa: E402
 import sweep  # noqa: E402
+import yaml  # noqa: E402
 
 SWEEP = {
     "wavelets": ["haar", "coiflet-6"], "epsilons": [0, 3],
@@ -174,6 +179,87 @@ class Check(unittest.TestCase):
         got, said = self.verdict({}, {self.ROW: {"samples": 1, "mse_truth": 0}})
         self.assertEqual(got, 1)
         self.assertIn("not in the committed table", said)
+
+
+class Reproduce(unittest.TestCase):
+    def reproduce(self, *arguments):
+        return subprocess.run([ROOT / "pipelines/reproduce", *arguments], capture_output=True, text=True)
+
+    def test_every_sweep_is_listed_once(self):
+        names = [name for name, _ in report.sweeps()]
+        self.assertEqual(sorted(names), sorted(path.stem for path in (ROOT / "pipelines").glob("*.yaml")))
+        said = self.reproduce("--help").stdout
+        for name, what in report.sweeps():
+            self.assertTrue(what)
+            self.assertRegex(said, rf"(?m)^  {name} +{re.escape(what)}$")
+
+    def test_what_is_checked_has_a_table_to_be_held_against(self):
+        marked = re.findall(r"(?m)^([a-z-]+) +check ", (ROOT / "pipelines/sweeps.txt").read_text())
+        self.assertGreater(len(marked), 3)
+        for name, _ in report.sweeps():
+            settings = yaml.safe_load((ROOT / f"pipelines/{name}.yaml").read_text())
+            self.assertEqual(settings["name"], name)
+            if name in marked or "check" in settings:
+                rows = records.read_csv(ROOT / f"results/{name}/table.csv")
+                self.assertLessEqual({*settings["check"], *settings.get("key", records.KEY)}, set(rows[0]), name)
+
+    def test_unknown_words_are_refused(self):
+        for word in ("--short", "nothing"):
+            found = self.reproduce(word)
+            self.assertEqual((found.returncode, found.stdout), (2, ""))
+            self.assertIn(word, found.stderr)
+
+
+def numbered(cells):
+    """The numbers that cells like `figs. 2 to 4, 7: ...; 9 to 11` name, ranges filled, as (chapter or 0, number)."""
+    found = set()
+    for cell in cells:
+        for first, last in re.findall(r"(\d+(?:\.\d+)?)(?: to (\d+(?:\.\d+)?))?", cell):
+            parts = [tuple(map(int, f"0.{n}".split(".")[-2:])) for n in (first, last or first)]
+            found |= {(parts[0][0], n) for n in range(parts[0][1], parts[1][1] + 1)}
+    return found
+
+
+class FrontPage(unittest.TestCase):
+    TEXT = (ROOT / "results/README.md").read_text()
+
+    def test_links_of_all_pages_lead_to_what_is_there(self):
+        pages = [ROOT / "README.md", ROOT / "lib/README.md", *(ROOT / "results").glob("**/*.md")]
+        self.assertGreater(len(pages), 5)
+        for page in pages:
+            for words, target in report_markdown.links(page.read_text()):
+                if not re.match(r"[a-z]+:", target):
+                    self.assertTrue((page.parent / target.split("#")[0]).exists(), f"{page}: [{words}]({target})")
+
+    def test_every_figure_and_table_of_the_papers_is_named(self):
+        papers = {"Gross": ([(0, n) for n in range(1, 16)], []), "He": ([(0, n) for n in range(1, 5)], [(0, 1), (0, 2)]),
+                  "Bethel": ([(0, n) for n in range(1, 6)], []),
+                  "Cheng": ([(c, n) for c, last in ((1, 4), (2, 17), (3, 5), (4, 20)) for n in range(1, last + 1)], [(4, n) for n in range(1, 7)])}
+        for paper, (figures, tables) in papers.items():
+            section = re.search(rf"(?ms)^## {paper}[^\n]*\n(.*?)(?=^## |\Z)", self.TEXT)[1]
+            rows = [report_markdown.cells(line) for line in section.splitlines() if line.startswith("|")][2:]
+            self.assertTrue(all(there and here for there, here in rows), paper)
+            for kind, wanted in (("fig", figures), ("table", tables)):
+                named = numbered([there for there, _ in rows if there.startswith(kind)])
+                self.assertEqual(set(wanted) - named, set(), f"{paper}: no row for these {kind}s")
+
+    def test_what_a_sweep_left_is_reached_from_it(self):
+        reached = {target for _, target in report_markdown.links(self.TEXT)}
+        for path in (ROOT / "results").glob("*/*"):
+            if path.suffix in (".md", ".png"):
+                self.assertIn(str(path.relative_to(ROOT / "results")), reached)
+
+
+class Markdown(unittest.TestCase):
+    def test_a_table_and_what_stands_in_a_line(self):
+        made = report_markdown.to_html("# A *b*\n\nx < `*y*` and\n[z](q.md)\n\n| a | b |\n|---|---|\n| **1** | <2 |\n",
+                                       lambda target: "#there" if target == "q.md" else None, 2)
+        self.assertIn("<h2>A <em>b</em></h2>", made)
+        self.assertIn('<p>x &lt; <code>*y*</code> and <a href="#there">z</a></p>', made)
+        self.assertIn("<td><strong>1</strong></td><td>&lt;2</td>", made)
+
+    def test_products_are_no_emphasis_and_unknown_links_are_words(self):
+        self.assertEqual(report_markdown.inline("2 * 3 * 4 and a*b*c, [w](gone.md)", lambda target: None), "2 * 3 * 4 and a*b*c, w")
 
 
 if __name__ == "__main__":
