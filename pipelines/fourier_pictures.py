@@ -74,7 +74,7 @@ def compared(rows, dataset, size, folder, output):
         largest = abs(error).max()
         plt.imsave(pictures[names[1]], error, cmap="RdBu", vmin=-largest, vmax=largest)
         others.append(pairs.other(title, *names, f"{says} of the largest pixel; red too dark, blue too bright"))
-    pairs.write(output, [pairs.entry(f"{dataset}, {size}^3: what each filter makes of the same spectrum", "es:12, f64", "truth.png", others)], pictures)
+    pairs.write(output, [pairs.entry(f"{dataset}, {size}^3: what each filter makes of its spectrum", "es:12, f64", "truth.png", others)], pictures)
 
 
 def models(tools, config, volume, dataset, size):

@@ -86,7 +86,7 @@ def pair(folder, entry):
             f'<label>Beside the truth: <select>{options}</select></label>'
             f'<div class="row"><div class="column" style="width:{width}px"><div class="view">'
             f'{img(place / truth["picture"], truth["label"], width, height)}{shown}'
-            f'<span class="bar"></span><b class="left">{html.escape(truth["label"])}</b><b class="right">approximation</b></div>'
+            f'<span class="bar"></span><b class="left">truth: {html.escape(truth["label"])}</b><b class="right">approximation</b></div>'
             f'<input type="range" min="0" max="100" step="0.5" value="50" aria-label="{label}">{figures}</div>'
             + (f'<div class="column" style="width:{width}px">{errors}<p class="figures">The error of the approximation.</p></div>' if errors else "")
             + "</div></figure>")

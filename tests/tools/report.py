@@ -15,7 +15,7 @@ import unittest
 import browser
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-PAGE = pathlib.Path(sys.argv.pop()).resolve() if len(sys.argv) > 1 and sys.argv[1].endswith(".html") else None
+PAGE = pathlib.Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 and sys.argv[1].endswith(".html") else None
 
 
 def column(page, table, index):
