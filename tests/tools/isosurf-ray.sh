@@ -24,12 +24,12 @@ grep -q '"hits": *1600' stats.json || fail "a closed volume all inside is its bo
 "$bin/vol-phantom" gaussian --dims 25x21x23 --type f32 -o field.nrrd || exit 2
 "$bin/vol-dwt" field.nrrd -o c.vdb --wavelet battle-lemarie-3 --keep 60 --quiet || exit 2
 "$bin/vol-dwt" c.vdb -o back.nrrd --inverse --quiet || exit 2
-"$bin/isosurf-ray" back.nrrd --isovalue 0.5 -o rebuilt.exr --size 24x18 --view 30,20 --reconstruction b-spline --quiet || exit 2
+"$bin/isosurf-ray" back.nrrd --isovalue 0.5 -o rebuilt.exr --size 60x45 --view 30,20 --reconstruction b-spline --quiet || exit 2
 figure() { # NAME FILE: a number of a stats record
   sed -n "s/.*\"$1\": *\([-0-9.e+]*\).*/\1/p" "$2"
 }
 for bound in bernstein local global; do
-  "$bin/isosurf-ray" c.vdb --isovalue 0.5 -o $bound.exr --size 24x18 --view 30,20 --bound $bound --tolerance 0.01v --stats $bound.json || fail "status $? for --bound $bound"
+  "$bin/isosurf-ray" c.vdb --isovalue 0.5 -o $bound.exr --size 60x45 --view 30,20 --bound $bound --tolerance 0.01v --stats $bound.json || fail "status $? for --bound $bound"
   # Depths as floats, of roots to 1e-8 voxels: 1e-5 where the eye is up to 100 voxels away.
   "$bin/img-compare" $bound.exr bernstein.exr --channel depth --channel A --fail-above max=1e-5 >/dev/null || fail "$bound draws another surface"
 done
@@ -39,7 +39,7 @@ for bound in bernstein local; do
   awk "BEGIN { exit !($(figure evaluations_per_ray global.json) >= 10 * $(figure evaluations_per_ray $bound.json)) }" ||
     fail "$bound: $(figure evaluations_per_ray $bound.json) evaluations a ray, global: $(figure evaluations_per_ray global.json)"
 done
-"$bin/isosurf-ray" - --isovalue 0.5 -o - --size 24x18 --view 30,20 --tolerance 0.01v <c.vdb | cmp - bernstein.exr || fail "a pipe's picture differs from a file's"
+"$bin/isosurf-ray" - --isovalue 0.5 -o - --bound bernstein --size 60x45 --view 30,20 --tolerance 0.01v <c.vdb | cmp - bernstein.exr || fail "a pipe's picture differs from a file's"
 "$bin/vol-dwt" field.nrrd -o none.vdb --wavelet haar --keep 0 --quiet || exit 2
 "$bin/isosurf-ray" none.vdb --isovalue 0.5 -o none.exr --size 8x8 --stats none.json || fail "status $? for no coefficients"
 [ "$(figure hits none.json)" -eq 0 ] || fail "a surface where there is no coefficient"
