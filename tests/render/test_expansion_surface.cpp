@@ -130,7 +130,7 @@ TEST(ExpansionSurface, MissesNothingThatBruteForceFinds) {
   }
 }
 
-// Three volumes of bytes as they were measured; the 1500 most significant of their coefficients.
+// Three volumes of bytes as they were measured; the 300 most significant of their coefficients.
 TEST(ExpansionSurface, MissesNothingInMeasuredVolumes) {
   const char* data = std::getenv("PRECIS_DATA");
   if (data == nullptr) GTEST_SKIP() << "PRECIS_DATA is not set";
@@ -151,8 +151,8 @@ TEST(ExpansionSurface, MissesNothingInMeasuredVolumes) {
     ASSERT_TRUE(file);
     volume::Volume volume;
     volume.grid = std::move(grid);
-    expect_nothing_missed(expansion_of(volume, c.wavelet, 1500, 3, 6), thresholds(volume), 9, 9,
-                          {SurfaceBound::bernstein, SurfaceBound::local}, 80);
+    expect_nothing_missed(expansion_of(volume, c.wavelet, 300), thresholds(volume), 3, 3,
+                          {SurfaceBound::bernstein, SurfaceBound::local}, 8);
   }
 }
 
