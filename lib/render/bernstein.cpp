@@ -99,12 +99,16 @@ Bernstein Bernstein::derivative() const {
 }
 
 void Bernstein::halve(Bernstein& left, Bernstein& right) const {
+  split(0.5, left, right);
+}
+
+void Bernstein::split(double u, Bernstein& left, Bernstein& right) const {
   left.degree = right.degree = degree;
   std::array<double, kMaxDegree + 1> work = b;
   for (int level = 0; level <= degree; ++level) {
     left.b[level] = work[0];
     right.b[degree - level] = work[degree - level];
-    for (int k = 0; k < degree - level; ++k) work[k] = 0.5 * work[k] + 0.5 * work[k + 1];
+    for (int k = 0; k < degree - level; ++k) work[k] = (1 - u) * work[k] + u * work[k + 1];
   }
 }
 

@@ -22,6 +22,8 @@ struct Bernstein {
   [[nodiscard]] Bernstein derivative() const;
   /// The two halves, each on [0, 1] again (de Casteljau).
   void halve(Bernstein& left, Bernstein& right) const;
+  /// The same of [0, u] and [u, 1], u in [0, 1].
+  void split(double u, Bernstein& left, Bernstein& right) const;
 };
 
 /// Appends all u in (0, 1) where p(u) = value and changes sign, ascending, to within 1e-15. Roots of even

@@ -64,8 +64,8 @@ struct RenderCounts {
   std::int64_t gradients = 0;
   std::int64_t skipped = 0;       ///< nodes not sampled because nothing around them is visible; split: leaps
   std::int64_t terminated = 0;    ///< rays that `termination` ends in the medium; not at a surface
-  std::int64_t surface_hits = 0;  ///< isosurfaces and meshes met in front of what is opaque
-  std::int64_t surface_undecided = 0;  ///< a ray counts once per isosurface that it may touch and not pass
+  std::int64_t surface_hits = 0;  ///< surfaces met in front of what is opaque
+  std::int64_t surface_undecided = 0;  ///< one a ray and isosurface, or splats, that it may touch
 
   RenderCounts& operator+=(const RenderCounts& other) {
     rays += other.rays;

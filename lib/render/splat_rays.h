@@ -27,8 +27,9 @@ class SplatRays {
   /// Where f first changes side, f >= threshold or not, on the ray from t_min on, wherever the camera sees.
   /// Along a ray every splat is a polynomial of degree 6 between its ends; between two ends of any of them so
   /// is the sum, and its Bernstein coefficients find the first root: no crossing is stepped over
-  /// (first_crossing()). Stretches where the splats' largest values do not sum to the threshold are passed.
-  /// \param undecided  if given, set where the ray may touch the contour without passing through it
+  /// (first_crossing()). A stretch is halved by the number of ends in it until it has none, or until bounds
+  /// of the sum are on one side; what goes on beyond both its ends is added once, so n splats take n log n
+  /// steps. \param undecided  if given, set where the ray may touch the contour without passing through it
   [[nodiscard]] std::optional<Hit> first_hit(const camera::Ray& ray, double t_min,
                                              bool* undecided = nullptr) const;
 
@@ -37,17 +38,7 @@ class SplatRays {
   [[nodiscard]] const Vec3& brightest() const { return brightest_; }
 
  private:
-  /// A splat on the ray: (1 - (distance2 + (t - centre)^2) / R^2)^3 for begin < t < end.
-  struct Span {
-    double centre, distance2, begin, end;
-  };
-  struct Work {
-    std::vector<Span> spans;
-    std::vector<double> ends;
-  };
-  /// The first change of side in [a, b], where `inside` is the side at a.
-  [[nodiscard]] std::optional<double> first_crossing_in(const camera::Ray& ray, double a, double b,
-                                                        bool inside, Work& work, bool* undecided) const;
+  struct Stretch;  // of a ray, with its splats
   [[nodiscard]] Hit hit_at(const camera::Ray& ray, double t) const;
 
   volume::SplatField field_;

@@ -29,7 +29,8 @@ struct SplatOptions {
 class SplatField {
  public:
   /// \param chosen  of label 0, 1, ...: whether its voxels are splatted
-  /// \throws vol::Error on a support that is not positive, or more than 64 voxels along an axis
+  /// \throws vol::Error on a support that is not positive, or one of more than 8 voxels, or less than 1/100,
+  /// along an axis
   SplatField(Grid<std::uint8_t> labels, const std::vector<bool>& chosen, const SplatOptions& options);
 
   [[nodiscard]] double value(const Vec3& p_world) const;

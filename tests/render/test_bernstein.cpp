@@ -33,6 +33,22 @@ TEST(Bernstein, HalvesAreTheSamePolynomial) {
   }
 }
 
+// The same, each step a mean of two numbers with weights u and 1 - u: three roundings.
+TEST(Bernstein, PartsAreTheSamePolynomial) {
+  Rng rng(4);
+  for (const int degree : {0, 1, 6, 9}) {
+    const Bernstein p = random_polynomial(rng, degree);
+    for (const double cut : {0.0, 0.3, 0.5, 0.98, 1.0}) {
+      Bernstein left, right;
+      p.split(cut, left, right);
+      for (double u = 0; u <= 1; u += 0.0625) {
+        EXPECT_NEAR(left(u), p(cut * u), 3e-15);
+        EXPECT_NEAR(right(u), p(cut + (1 - cut) * u), 3e-15);
+      }
+    }
+  }
+}
+
 TEST(Bernstein, CrossingsAreAllSignChanges) {
   Rng rng(2);
   for (int trial = 0; trial < 300; ++trial) {

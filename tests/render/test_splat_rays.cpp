@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/rng.h"
 #include "render/splat_rays.h"
+#include "render/surfaces.h"
 
 namespace vol::render {
 namespace {
@@ -114,9 +115,9 @@ TEST(SplatRays, OneVoxelIsASphere) {
 
 // No sample of the ray is inside before the hit, the next one is, and the field takes the threshold there.
 TEST(SplatRays, FirstHitIsTheFirst) {
-  for (const double filled : {0.02, 0.3}) {
-    for (const double support : {0.6, 1.4, 2.6}) {
-      for (const double threshold : {0.05, 0.5, 1.6}) {
+  for (const double filled : {0.02, 0.3, 1.0}) {
+    for (const double support : {0.6, 1.4, 2.6, 3.9}) {
+      for (const double threshold : {0.05, 0.5, 1.6, 12.0}) {
         const auto labels = random_labels(7, filled);
         const volume::SplatField field(labels, kChosen, {support});
         const SplatRays rays(field, kLooks, threshold);
@@ -144,6 +145,49 @@ TEST(SplatRays, FirstHitIsTheFirst) {
         }
       }
     }
+  }
+}
+
+// Between two splats f has a saddle; a ray that crosses it from inside, where it is the threshold itself,
+// touches the contour. The numbers are halves, quarters, ...: f there is the threshold to the last bit, and
+// what the Bernstein coefficients beside it are is for rounding to say.
+TEST(SplatRays, ATouchIsUndecided) {
+  volume::GridGeometry g;
+  g.dims = {2, 1, 1};
+  g.spacing = {2.75, 1, 1};
+  volume::Volume volume = volume::allocate(volume::VoxelType::u8, g);
+  auto& labels = std::get<volume::Grid<std::uint8_t>>(volume.grid);
+  labels.voxels = {1, 1};
+  constexpr double kSupport = 2, kAway = 0.375;
+  const camera::Ray ray{Vec3(1.25, kAway, 0),
+                        Vec3::UnitX()};  // the saddle: a quarter of a stretch further on
+  const volume::SplatField field(labels, kChosen, {kSupport});
+  const double saddle = field.value(Vec3(1.375, kAway, 0));
+  EXPECT_EQ(saddle, 2 * std::pow(1 - (kAway * kAway + 1.375 * 1.375) / (kSupport * kSupport), 3));
+  // Where one splat alone is left and has fallen to a threshold.
+  const auto leaves = [&](double threshold) {
+    return 1.5 + std::sqrt(kSupport * kSupport * (1 - std::cbrt(threshold)) - kAway * kAway);
+  };
+  Scene scene;
+  scene.view.projection = camera::Projection::perspective;
+  for (const double threshold : {saddle, 0.9 * saddle, 1.02 * saddle}) {
+    const SplatRays rays(field, kLooks, threshold);
+    bool undecided = false;
+    const auto hit = rays.first_hit(ray, 0, &undecided);
+    EXPECT_EQ(undecided, threshold == saddle);
+    ASSERT_TRUE(hit.has_value());
+    if (threshold <= saddle) {
+      EXPECT_NEAR(hit->t, leaves(threshold), 1e-13);
+    } else {
+      EXPECT_TRUE(hit->t > 0 && hit->t < 0.125) << hit->t;
+    }
+    Surfaces surfaces(scene);
+    surfaces.add(rays);
+    std::vector<SurfaceHit> hits;
+    RenderCounts counts;
+    surfaces.find(ray, nullptr, hits, counts);
+    EXPECT_EQ(counts.surface_undecided, undecided ? 1 : 0);
+    EXPECT_EQ(counts.surface_hits, 1);
   }
 }
 
