@@ -1,7 +1,6 @@
 // vol-compare: error of one volume against another.
 //   vol-compare rebuilt.nrrd original.nrrd
 //   vol-compare rebuilt.nrrd original.nrrd --json --fail-above relative_l2=1e-6
-#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -52,7 +51,7 @@ std::vector<std::string> metric_names(bool less_is_better) {
 struct Options {
   std::string tested, reference;
   vol::cli::VolumeInput input;
-  std::vector<std::string> fail_above, fail_below;
+  vol::cli::ThresholdOptions thresholds;
   bool json = false, same_geometry = false;
 };
 
@@ -78,27 +77,8 @@ void print_table(const VolumeError& error, const std::vector<std::string>& geome
   for (const auto& difference : geometry) std::printf("%-12s %s\n", "geometry", difference.c_str());
 }
 
-bool within(const VolumeError& error, const std::vector<vol::cli::Threshold>& thresholds, bool above,
-            const vol::cli::Record& record) {
-  bool good = true;
-  for (const auto& t : thresholds) {
-    const double value = metric(t.metric).of(error);
-    if (above ? value <= t.value : value >= t.value) continue;
-    good = false;
-    record.say(std::isnan(value) ? t.metric + " is undefined"
-                                 : t.metric + " " + vol::cli::figure_text(value) + " is not at " +
-                                       (above ? "most " : "least ") + vol::cli::figure_text(t.value));
-  }
-  return good;
-}
-
 int compare_volumes(const Options& options, vol::cli::Record& record) {
-  std::vector<vol::cli::Threshold> above;
-  std::vector<vol::cli::Threshold> below;
-  for (const auto& text : options.fail_above)
-    above.push_back(vol::cli::parse_threshold("--fail-above", text, metric_names(true)));
-  for (const auto& text : options.fail_below)
-    below.push_back(vol::cli::parse_threshold("--fail-below", text, metric_names(false)));
+  const vol::cli::Thresholds thresholds(options.thresholds, metric_names(true), metric_names(false));
   if (options.tested == "-" && options.reference == "-")
     throw vol::Error("only one volume can come from standard input");
   const auto tested = vol::cli::load(options.tested, options.input, record);
@@ -119,13 +99,12 @@ int compare_volumes(const Options& options, vol::cli::Record& record) {
   json result = to_json(error, dims, geometry);
   record.error("volume", result);
   record.count("voxels", reference.geometry().count());
-  bool good = within(error, above, true, record);
-  good = within(error, below, false, record) && good;
+  bool good = thresholds.hold([&](const std::string& name) { return metric(name).of(error); }, record);
   if (options.same_geometry && !geometry.empty()) {
     record.say("the geometry differs: " + geometry.front());
     good = false;
   }
-  if (!above.empty() || !below.empty() || options.same_geometry) {
+  if (thresholds.any() || options.same_geometry) {
     result["pass"] = good;
     record.result("pass", good);
   }
@@ -158,13 +137,13 @@ int main(int argc, char** argv) {
   app.add_flag("--json", o.json,
                "JSON instead of a table; what is infinite or undefined stands as \"inf\", \"-inf\", \"nan\"")
       ->group("Figures");
-  app.add_option("--fail-above", o.fail_above,
+  app.add_option("--fail-above", o.thresholds.above,
                  "Exit with 1 unless METRIC (mse, rmse, rmse_byte, mae, max, relative_l2, differing) is at "
                  "most VALUE; repeatable")
       ->type_name("METRIC=VALUE")
       ->allow_extra_args(false)
       ->group("Pass or fail");
-  app.add_option("--fail-below", o.fail_below,
+  app.add_option("--fail-below", o.thresholds.below,
                  "Exit with 1 unless METRIC (psnr, in dB) is at least VALUE; repeatable")
       ->type_name("METRIC=VALUE")
       ->allow_extra_args(false)

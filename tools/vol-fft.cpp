@@ -2,21 +2,18 @@
 //   vol-fft head.nrrd -o spectrum.nrrd --pad 2 --compensate es:6
 //   vol-fft spectrum.nrrd -o back.nrrd --inverse
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "base/checked.h"
 #include "base/error.h"
-#include "cli/fvr.h"
 #include "cli/naming.h"
 #include "cli/run.h"
+#include "cli/spectrum_model.h"
 #include "cli/volume_input.h"
 #include "fourier/canny.h"
-#include "fourier/models.h"
 #include "io/any_volume.h"
-#include "io/scene.h"
 #include "io/spectrum.h"
 #include "io/volume.h"
 
@@ -28,11 +25,9 @@ struct Options {
   cli::VolumeInput input;
   std::filesystem::path output, wisdom;
   double padding = 2;
-  std::string compensation = "none", type = "f32", shading, spectrum;
-  std::string bezier;
-  std::vector<double> range;
-  std::vector<std::string> bands;
-  bool edges = false, inverse = false;
+  std::string compensation = "none", type = "f32", spectrum;
+  cli::SpectrumModelOptions model;
+  bool inverse = false;
 };
 
 void declare(CLI::App& app, Options& o) {
@@ -65,107 +60,11 @@ void declare(CLI::App& app, Options& o) {
       ->needs(inverse)
       ->group(spectrum);
 
-  const char* model = "Model (one of these; several spectra in one file)";
-  auto* shading = app.add_option("--shading", o.shading,
-                                 "depth-cue or directional: for --depth-cue or --light of fvr-slice")
-                      ->check(CLI::IsMember({"depth-cue", "directional"}))
-                      ->group(model);
-  auto* bezier =
-      app.add_option("--bezier", o.bezier,
-                     "N (1 to 21) spectra weighted by Bernstein polynomials, for --control-points; or a "
-                     "transfer function of tf-fit (.yaml), whose points and range are taken, for --transfer")
-          ->type_name("N|FILE")
-          ->excludes(shading)
-          ->group(model);
-  app.add_option("--range", o.range,
-                 "Bezier N: values that become 0 and 1, others are clamped [the volume's]")
-      ->delimiter(',')
-      ->expected(2)
-      ->type_name("LO,HI")
-      ->needs(bezier)
-      ->group(model);
-  app.add_option("--bands", o.bands,
-                 "Values of each band, LO:HI,LO:HI ...; one spectrum a band: for --band-weights")
-      ->delimiter(',')
-      ->type_name("LO:HI,...")
-      ->excludes(shading)
-      ->excludes(bezier)
-      ->group(model);
-  app.add_flag("--edges", o.edges, "One more band: 1 at the edges that Canny's detector finds, else 0")
-      ->excludes(shading)
-      ->excludes(bezier)
-      ->group(model);
+  cli::add_spectrum_model(app, o.model);
   for (const char* forward :
        {"--pad", "--compensate", "--type", "--shading", "--bezier", "--bands", "--edges"}) {
     inverse->excludes(app.get_option(forward));
   }
-}
-
-std::vector<fourier::Band> parse_bands(const std::vector<std::string>& words) {
-  std::vector<fourier::Band> bands;
-  for (const auto& word : words) {
-    const std::size_t colon = word.find(':');
-    fourier::Band band{};
-    if (colon == std::string::npos || !CLI::detail::lexical_cast(word.substr(0, colon), band.lo) ||
-        !CLI::detail::lexical_cast(word.substr(colon + 1), band.hi) || !(band.lo <= band.hi)) {
-      throw Error("--bands " + word + ": expected LO:HI with LO at most HI");
-    }
-    bands.push_back(band);
-  }
-  return bands;
-}
-
-/// What --bezier asks for.
-struct Curves {
-  int points = 0;
-  std::optional<volume::Range> range;
-};
-
-Curves curves_of(const Options& o, cli::Record& record) {
-  Curves curves;
-  if (!o.range.empty()) curves.range = {o.range[0], o.range[1]};
-  if (CLI::detail::lexical_cast(o.bezier, curves.points)) {
-    if (curves.points >= 1 && curves.points <= transfer::kMostControlPoints) return curves;
-    throw Error("--bezier " + o.bezier + ": 1 to " + std::to_string(transfer::kMostControlPoints) +
-                " control points are possible");
-  }
-  const auto bezier = io::is_standard_stream(o.bezier) ? std::nullopt : io::read_bezier(o.bezier);
-  if (!bezier)
-    throw Error("--bezier " + o.bezier + ": expected a number, or a file of Bezier curves (tf-fit)");
-  record.input(o.bezier);
-  if (curves.range) throw Error("--range: the range of " + o.bezier + " is taken");
-  curves.range = {bezier->lo, bezier->hi};
-  for (const auto& band : bezier->bands) {
-    if (band.curve.parametric()) {
-      throw Error(o.bezier +
-                  ": a curve with abscissae of its own is no sum of spectra; fit it with --curve even");
-    }
-    curves.points = std::max(curves.points, static_cast<int>(band.curve.ordinates().size()));
-  }
-  return curves;
-}
-
-fourier::Model model_of(const volume::Volume& volume, const Options& o, const std::optional<Curves>& curves,
-                        fourier::SpectrumInfo& info, cli::Record& record) {
-  if (o.shading == "depth-cue") return fourier::depth_cue_model(volume);
-  if (o.shading == "directional") return fourier::directional_model(volume);
-  if (curves) {
-    const auto range = curves->range ? *curves->range : volume::value_range(volume);
-    record.resolved("bezier", curves->points);
-    record.resolved("range", {range.min, range.max});
-    info.attributes[cli::kBezierRange] = nlohmann::json{range.min, range.max}.dump();
-    return fourier::bezier_model(volume, curves->points, range);
-  }
-  if (!o.bands.empty() || o.edges) return fourier::bands_model(volume, parse_bands(o.bands), o.edges);
-  return fourier::plain_model(volume);
-}
-
-/// Spectra that model_of() will name.
-std::int64_t spectra_of(const Options& o, const std::optional<Curves>& curves) {
-  if (!o.shading.empty()) return 4;
-  if (curves) return curves->points;
-  if (!o.bands.empty() || o.edges) return static_cast<std::int64_t>(o.bands.size()) + (o.edges ? 1 : 0);
-  return 1;
 }
 
 /// States what will be taken, before it is.
@@ -203,9 +102,7 @@ int forward(const Options& o, cli::Record& record) {
   if (!o.wisdom.empty()) io::require_writable(o.wisdom);
   std::optional<fourier::Filter> filter;
   if (o.compensation != "none") filter.emplace(o.compensation, o.padding);
-  (void)parse_bands(o.bands);
-  std::optional<Curves> curves;
-  if (!o.bezier.empty()) curves = curves_of(o, record);
+  const cli::SpectrumModel asked(o.model, record);
   const volume::Volume volume = cli::load(o.input, record);
   fourier::SpectrumInfo info;
   info.geometry = volume.geometry();
@@ -217,9 +114,9 @@ int forward(const Options& o, cli::Record& record) {
   const std::int64_t bytes = voxels * static_cast<std::int64_t>(volume::size_in_bytes(volume.voxel_type()));
   const std::int64_t spectrum_bytes = checked_product(info.count(), 2 * sizeof(T));
   // Canny's detector is done before there are spectra, and leaves a byte a voxel.
-  const std::int64_t transform = checked_product(spectrum_bytes, spectra_of(o, curves)) + (o.edges ? voxels : 0) +
-                                 fourier::transform_scratch_bytes<T>(info);
-  const std::int64_t detector = o.edges ? checked_product(voxels, fourier::kCannyBytes) : 0;
+  const std::int64_t transform = checked_product(spectrum_bytes, asked.spectra()) +
+                                 (o.model.edges ? voxels : 0) + fourier::transform_scratch_bytes<T>(info);
+  const std::int64_t detector = o.model.edges ? checked_product(voxels, fourier::kCannyBytes) : 0;
   require_memory(bytes + std::max(transform, detector), "volume and spectra", record);
   if (filter) {
     const auto c = fourier::compensation(*filter, info.geometry.dims, info.padded);
@@ -232,7 +129,7 @@ int forward(const Options& o, cli::Record& record) {
                   ", and all errors of the filter there as well; more --pad cures it");
     }
   }
-  const auto model = record.timed("model", [&] { return model_of(volume, o, curves, info, record); });
+  const auto model = record.timed("model", [&] { return asked.of(volume, info, record); });
   info.model = model.name;
   info.names = model.spectra;
   const auto plan = planning<T>(o);

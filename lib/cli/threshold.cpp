@@ -41,4 +41,31 @@ Threshold parse_threshold(const std::string& option, const std::string& text,
   return threshold;
 }
 
+Thresholds::Thresholds(const ThresholdOptions& options, const std::vector<std::string>& smaller,
+                       const std::vector<std::string>& larger) {
+  for (const auto& text : options.above) above_.push_back(parse_threshold("--fail-above", text, smaller));
+  for (const auto& text : options.below) below_.push_back(parse_threshold("--fail-below", text, larger));
+}
+
+bool Thresholds::name(const std::string& metric) const {
+  const auto is_it = [&](const Threshold& t) { return t.metric == metric; };
+  return std::any_of(above_.begin(), above_.end(), is_it) || std::any_of(below_.begin(), below_.end(), is_it);
+}
+
+bool Thresholds::hold(const std::function<double(const std::string& metric)>& figure,
+                      const Record& record) const {
+  bool good = true;
+  const auto check = [&](const Threshold& t, bool above) {
+    const double value = figure(t.metric);
+    if (above ? value <= t.value : value >= t.value) return;
+    good = false;
+    record.say(std::isnan(value) ? t.metric + " is undefined"
+                                 : t.metric + " " + figure_text(value) + " is not at " +
+                                       (above ? "most " : "least ") + figure_text(t.value));
+  };
+  for (const auto& t : above_) check(t, true);
+  for (const auto& t : below_) check(t, false);
+  return good;
+}
+
 }  // namespace vol::cli
