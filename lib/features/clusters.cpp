@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "base/error.h"
 #include "base/parallel.h"
@@ -36,37 +37,85 @@ std::vector<int> renumbered(const std::vector<int>& cluster, const std::vector<s
 
 }  // namespace
 
-std::vector<int> merged(const Samples& points, const std::vector<std::int64_t>& weights, int labels) {
-  if (labels < 1) throw Error("labels: at least 1 is expected");
-  const auto n = static_cast<int>(points.rows());
-  std::vector<int> cluster(static_cast<std::size_t>(n));
-  std::iota(cluster.begin(), cluster.end(), 0);
-  std::vector<int> alive = cluster;
-  Samples means = points;
-  Eigen::VectorXd weight(n);
-  for (int i = 0; i < n; ++i) weight[i] = static_cast<double>(weights[static_cast<std::size_t>(i)]);
-  while (std::ssize(alive) > labels) {
-    double least = std::numeric_limits<double>::infinity(), nearest_one = least;
-    std::pair<int, int> best;
-    for (std::size_t x = 0; x < alive.size(); ++x) {
-      for (std::size_t y = x + 1; y < alive.size(); ++y) {
-        const int a = alive[x], b = alive[y];
-        const double distance = (means.row(a) - means.row(b)).squaredNorm();
-        const double both = weight[a] + weight[b];
-        const double cost = both > 0 ? weight[a] * weight[b] / both * distance : 0;
-        if (cost < least || (cost == least && distance < nearest_one)) {
-          least = cost;
-          nearest_one = distance;
-          best = {a, b};
-        }
+namespace {
+
+/// What joining two clusters costs.
+struct Union {
+  double cost = std::numeric_limits<double>::infinity(), distance = cost;
+  int with = -1;  // the later of the two
+  [[nodiscard]] bool cheaper_than(const Union& other) const {
+    return cost < other.cost || (cost == other.cost && distance < other.distance);
+  }
+};
+
+class Clusters {
+ public:
+  Clusters(const Samples& points, const std::vector<std::int64_t>& weights)
+      : means_(points), weight_(points.rows()), alive_(weights.size()), best_(weights.size()) {
+    for (std::size_t i = 0; i < weights.size(); ++i)
+      weight_[static_cast<Eigen::Index>(i)] = static_cast<double>(weights[i]);
+    std::iota(alive_.begin(), alive_.end(), 0);
+    for (std::size_t x = 0; x < alive_.size(); ++x) search(x);
+  }
+  [[nodiscard]] std::size_t count() const { return alive_.size(); }
+
+  /// Joins the two whose union is cheapest, and says which: the second becomes part of the first.
+  std::pair<int, int> join() {
+    int a = alive_.front();
+    for (const int x : alive_) {
+      if (best(x).cheaper_than(best(a))) a = x;
+    }
+    const int b = best(a).with;
+    const double both = weight_[a] + weight_[b];
+    if (both > 0) means_.row(a) = (weight_[a] * means_.row(a) + weight_[b] * means_.row(b)) / both;
+    weight_[a] = both;
+    std::erase(alive_, b);
+    for (std::size_t x = 0; x < alive_.size(); ++x) {
+      const int c = alive_[x];
+      if (c == a || best(c).with == a || best(c).with == b) {
+        search(x);
+      } else if (c < a) {
+        const Union with_a = of(c, a);
+        const bool earlier = !best(c).cheaper_than(with_a) && a < best(c).with;
+        if (earlier || with_a.cheaper_than(best(c))) best(c) = with_a;
       }
     }
-    const auto [a, b] = best;
-    const double both = weight[a] + weight[b];
-    if (both > 0) means.row(a) = (weight[a] * means.row(a) + weight[b] * means.row(b)) / both;
-    weight[a] = both;
-    for (auto& c : cluster) c = c == b ? a : c;
-    std::erase(alive, b);
+    return {a, b};
+  }
+
+ private:
+  [[nodiscard]] Union& best(int cluster) { return best_[static_cast<std::size_t>(cluster)]; }
+  [[nodiscard]] Union of(int a, int b) const {
+    const double distance = (means_.row(a) - means_.row(b)).squaredNorm(), both = weight_[a] + weight_[b];
+    return {both > 0 ? weight_[a] * weight_[b] / both * distance : 0, distance, b};
+  }
+  /// The cheapest union of the x-th cluster that is left with a later one; of equal ones the first.
+  void search(std::size_t x) {
+    Union found;
+    if (x + 1 < alive_.size()) found.with = alive_[x + 1];
+    for (std::size_t y = x + 1; y < alive_.size(); ++y) {
+      const Union with_y = of(alive_[x], alive_[y]);
+      if (with_y.cheaper_than(found)) found = with_y;
+    }
+    best(alive_[x]) = found;
+  }
+
+  Samples means_;
+  Eigen::VectorXd weight_;
+  std::vector<int> alive_;  // ascending
+  std::vector<Union> best_;
+};
+
+}  // namespace
+
+std::vector<int> merged(const Samples& points, const std::vector<std::int64_t>& weights, int labels) {
+  if (labels < 1) throw Error("labels: at least 1 is expected");
+  std::vector<int> cluster(weights.size());
+  std::iota(cluster.begin(), cluster.end(), 0);
+  Clusters clusters(points, weights);
+  while (std::cmp_greater(clusters.count(), labels)) {
+    const auto [a, b] = clusters.join();
+    std::replace(cluster.begin(), cluster.end(), b, a);
   }
   return renumbered(cluster, weights);
 }

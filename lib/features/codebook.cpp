@@ -100,6 +100,18 @@ Training train(const FeatureField& field, const TrainingOptions& options) {
   return t;
 }
 
+namespace {
+
+/// Relative features are some ones at most, and squares of sums of 1024 of them are added: below this no
+/// float overflows.
+float as_float(double x) {
+  if (!(std::abs(x) <= 1e15))
+    throw Error("the codebook is for a volume of much smaller values than this one");
+  return static_cast<float>(x);
+}
+
+}  // namespace
+
 volume::Volume label_volume(const FeatureField& field, const Codebook& book) {
   book.validate();
   if (book.names != field.names()) {
@@ -107,7 +119,8 @@ volume::Volume label_volume(const FeatureField& field, const Codebook& book) {
                 (book.names.empty() ? "" : book.names.front()) + ", not " + std::to_string(field.size()) +
                 " from " + field.names().front());
   }
-  const auto [nx, ny, nz] = field.geometry().dims;
+  const Dims& dims = field.geometry().dims;
+  const std::int64_t nx = dims[0], ny = dims[1], nz = dims[2];
   const auto features = static_cast<std::size_t>(field.size());
   const auto components = static_cast<std::size_t>(book.projection.rows());
   // Relative to the field's unit and offset: y = sum_f p_f at_f - shift.
@@ -116,13 +129,13 @@ volume::Volume label_volume(const FeatureField& field, const Codebook& book) {
     double sum = 0;
     for (std::size_t f = 0; f < features; ++f) {
       const auto row = static_cast<Eigen::Index>(c), column = static_cast<Eigen::Index>(f);
-      weights[c * features + f] = static_cast<float>(book.projection(row, column) * field.unit());
+      weights[c * features + f] = as_float(book.projection(row, column) * field.unit());
       sum += book.projection(row, column) * (book.mean[column] - field.offset(static_cast<int>(f)));
     }
-    shift[c] = static_cast<float>(sum);
+    shift[c] = as_float(sum);
   }
   const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> units =
-      book.units.cast<float>();
+      book.units.unaryExpr(&as_float);
   volume::Volume result = volume::allocate(volume::VoxelType::u8, field.geometry());
   auto& labels = std::get<volume::Grid<std::uint8_t>>(result.grid).voxels;
   parallel_for(0, ny * nz, 8, [&](std::int64_t begin, std::int64_t end) {

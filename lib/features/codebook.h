@@ -62,7 +62,8 @@ struct Training {
 /// Label 0 is the one most samples have, then descending.
 [[nodiscard]] Training train(const FeatureField& field, const TrainingOptions& options);
 
-/// The label of every voxel, u8. Throws vol::Error where the codebook is for other features.
+/// The label of every voxel, u8. Throws vol::Error where the codebook is for other features, or for values so
+/// much smaller than the volume's that floats do not hold their squares.
 [[nodiscard]] volume::Volume label_volume(const FeatureField& field, const Codebook& codebook);
 
 }  // namespace vol::features

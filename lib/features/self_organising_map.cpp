@@ -132,9 +132,9 @@ bool SelfOrganisingMap::are_neighbours(int a, int b) const {
 }
 
 SelfOrganisingMap train_map(const Samples& samples, const MapOptions& options) {
-  if (options.columns < 1 || options.rows < 1 || options.columns > 65536 / options.rows) {
-    throw Error("self-organising map: 1 to 65536 units are expected, not " + std::to_string(options.columns) +
-                "x" + std::to_string(options.rows));
+  if (options.columns < 1 || options.rows < 1 || options.columns > kMostUnits / options.rows) {
+    throw Error("self-organising map: 1 to " + std::to_string(kMostUnits) + " units are expected, not " +
+                std::to_string(options.columns) + "x" + std::to_string(options.rows));
   }
   if (samples.rows() < 1) throw Error("self-organising map: there are no samples");
   if (options.epochs < 1 || !(options.last_radius > 0))

@@ -10,6 +10,9 @@ namespace vol::features {
 [[nodiscard]] Eigen::Index nearest(const Samples& centres,
                                    const Eigen::Ref<const Eigen::RowVectorXd>& vector);
 
+/// Of a map: what training keeps of each pair of them is a number.
+inline constexpr int kMostUnits = 4096;
+
 enum class MapGrid { rectangular, hexagonal };
 
 struct MapOptions {
@@ -40,7 +43,7 @@ struct SelfOrganisingMap {
 /// geometrically from half the grid's longer side to the last radius. It begins with the units spread over
 /// the plane of the first two components, two standard deviations either way, so nothing is drawn at random;
 /// sums are in double in a fixed order, so nothing depends on threads. Throws vol::Error on an empty grid or
-/// one of more than 65536 units, on no samples.
+/// one of more than kMostUnits, on no samples.
 [[nodiscard]] SelfOrganisingMap train_map(const Samples& samples, const MapOptions& options);
 
 }  // namespace vol::features

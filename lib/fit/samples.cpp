@@ -40,7 +40,10 @@ std::map<double, std::int64_t> counted_values(const volume::Volume& volume, cons
   const auto counts = volume::histogram(volume, range, bins);
   const double width = (range.max - range.min) / bins;
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    if (counts[i] > 0) found[range.min + (static_cast<double>(i) + 0.5) * width] = counts[i];
+    // Of bins narrower than a double's digits several have one middle.
+    if (counts[i] > 0) {
+      found[std::min(range.min + (static_cast<double>(i) + 0.5) * width, range.max)] += counts[i];
+    }
   }
   return found;
 }

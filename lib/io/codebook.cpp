@@ -1,5 +1,7 @@
 #include "io/codebook.h"
 
+#include <cmath>
+#include <limits>
 #include <vector>
 
 #include "base/error.h"
@@ -11,7 +13,8 @@
 namespace vol::io {
 namespace {
 
-constexpr std::size_t kMostFeatures = 1024, kMostUnits = 65536;
+constexpr std::size_t kMostFeatures = 1024;
+constexpr std::int64_t kLargestCodebook = 16 << 20;  // 4096 units of 100 components have some 9 MB
 
 template <class Numbers>
 std::string list(const Numbers& numbers) {
@@ -56,7 +59,7 @@ features::Codebook parse(const YAML::Node& node) {
                     {"made_by", "wavelet", "levels", "window", "approximation", "features", "mean",
                      "projection", "units", "labels"});
   features::Codebook book;
-  book.wavelet = YamlMap::as<std::string>(need(map, "wavelet", node), "wavelet");
+  book.wavelet = YamlMap::word(need(map, "wavelet", node), "wavelet");
   book.levels = YamlMap::as<int>(need(map, "levels", node), "levels");
   book.features.window = YamlMap::as<double>(need(map, "window", node), "window");
   book.features.approximation = YamlMap::as<bool>(need(map, "approximation", node), "approximation");
@@ -64,7 +67,7 @@ features::Codebook parse(const YAML::Node& node) {
   if (!names.IsSequence() || names.size() == 0 || names.size() > kMostFeatures) {
     YamlMap::fail(names, "features: a list of 1 to " + std::to_string(kMostFeatures) + " names is expected");
   }
-  for (const auto& name : names) book.names.push_back(YamlMap::as<std::string>(name, "features"));
+  for (const auto& name : names) book.names.push_back(YamlMap::word(name, "features"));
   const std::size_t count = book.names.size();
   book.mean = vector_of(need(map, "mean", node), count, "mean");
   book.projection = matrix_of(need(map, "projection", node), count, count, "projection");
@@ -73,7 +76,7 @@ features::Codebook parse(const YAML::Node& node) {
   if (components == 0) {
     book.units = features::Samples(1, 0);  // all vectors were the same
   } else {
-    book.units = matrix_of(units, components, kMostUnits, "units");
+    book.units = matrix_of(units, components, features::kMostUnits, "units");
   }
   const YAML::Node labels = need(map, "labels", node);
   if (!labels.IsSequence() || static_cast<Eigen::Index>(labels.size()) != book.units.rows()) {
@@ -108,7 +111,7 @@ void write_codebook(const std::filesystem::path& path, const features::Codebook&
 }
 
 features::Codebook read_codebook(const std::filesystem::path& path) {
-  const YAML::Node node = load_yaml(path);
+  const YAML::Node node = load_yaml(path, kLargestCodebook);
   try {
     return parse(node);
   } catch (const Error& error) {
@@ -151,8 +154,10 @@ void write_features(const std::filesystem::path& path, const features::FeatureFi
     for (std::size_t f = 0; f < features; ++f) {
       const double offset = field.offset(static_cast<int>(f));
       for (std::size_t i = 0; i < n; ++i) {
-        vectors[i * features + f] =
-            static_cast<float>(static_cast<double>(planar[f * n + i]) * field.unit() + offset);
+        const double value = static_cast<double>(planar[f * n + i]) * field.unit() + offset;
+        if (!(std::abs(value) <= std::numeric_limits<float>::max()))
+          throw Error("features of this volume do not fit f32: " + shortest(value));
+        vectors[i * features + f] = static_cast<float>(value);
       }
     }
     out.write(vectors.data(), vectors.size() * sizeof(float));

@@ -16,7 +16,7 @@ void write_codebook(const std::filesystem::path& path, const features::Codebook&
 [[nodiscard]] features::Codebook read_codebook(const std::filesystem::path& path);
 
 /// The feature vector of every voxel as an NRRD of four axes, the features first, f32, in the volume's own
-/// values. Written row by row: takes no memory.
+/// values. Written row by row: takes no memory. \throws vol::Error on a value that f32 does not hold
 void write_features(const std::filesystem::path& path, const features::FeatureField& field,
                     const std::map<std::string, std::string>& attributes);
 

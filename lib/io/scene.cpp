@@ -19,7 +19,7 @@ Vec3 vec3(const YAML::Node& node, const std::string& what) {
 /// Calls f with the node's word and gives an error of f the node's line.
 template <class F>
 auto named(const YAML::Node& node, const char* key, const F& f) {
-  const auto word = YamlMap::as<std::string>(node, key);
+  const auto word = YamlMap::word(node, key);
   try {
     return f(word);
   } catch (const Error& error) {
@@ -70,8 +70,9 @@ SceneFile parse(const YAML::Node& root, const std::filesystem::path& folder) {
   if (map.has("transfer")) {
     const YAML::Node node = map["transfer"];
     if (node.IsScalar()) {
-      file.bezier = read_bezier(folder / node.Scalar());
-      file.scene.transfer = read_transfer_function(folder / node.Scalar());
+      const auto path = folder / YamlMap::word(node, "transfer");
+      file.bezier = read_bezier(path);
+      file.scene.transfer = read_transfer_function(path);
     } else {
       file.bezier = parse_bezier(node);
       file.scene.transfer = parse_transfer_function(node);

@@ -13,11 +13,9 @@
 namespace vol::io {
 namespace {
 
-constexpr std::int64_t kLargestText = 1 << 20;
-
-std::string read_text(const std::filesystem::path& path) {
+std::string read_text(const std::filesystem::path& path, std::int64_t most = kLargestYaml) {
   InputFile file(path);
-  const auto bytes = file.read_rest(kLargestText);
+  const auto bytes = file.read_rest(most);
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
@@ -118,8 +116,8 @@ double linear_light(double v) {
   return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
 }
 
-YAML::Node load_yaml(const std::filesystem::path& path) {
-  const std::string text = read_text(path);
+YAML::Node load_yaml(const std::filesystem::path& path, std::int64_t most) {
+  const std::string text = read_text(path, most);
   try {
     return YAML::Load(text);
   } catch (const YAML::Exception& error) {

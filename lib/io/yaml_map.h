@@ -5,6 +5,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "io/header_text.h"
 
 namespace vol::io {
 
@@ -21,7 +22,7 @@ class YamlMap {
       const auto key = entry.first.as<std::string>();
       bool known = false;
       for (const char* k : keys) known = known || key == k;
-      if (!known) fail(entry.first, what + ": unknown key '" + key + "'; known are " + all);
+      if (!known) fail(entry.first, what + ": unknown key " + in_quotes(key) + "; known are " + all);
       if (seen.find("\n" + key + "\n") != std::string::npos)
         fail(entry.first, what + ": key '" + key + "' twice");
       seen += key + "\n";
@@ -43,6 +44,15 @@ class YamlMap {
     } catch (const YAML::Exception&) {
       fail(node, what + ": a " + (std::is_same_v<T, std::string> ? "word" : "number") + " is expected");
     }
+  }
+  /// A word that messages can repeat in their one line: no line end, nor what else does not print.
+  [[nodiscard]] static std::string word(const YAML::Node& node, const std::string& what) {
+    auto text = as<std::string>(node, what);
+    for (const char c : text) {
+      if ((c >= 0 && c < ' ') || c == '\x7f')
+        fail(node, what + ": a word is expected, not " + in_quotes(text));
+    }
+    return text;
   }
   /// Numbers of a flow or block sequence.
   [[nodiscard]] static std::vector<double> numbers(const YAML::Node& node, std::size_t count,

@@ -33,7 +33,9 @@ auto interpolate(const std::vector<Point>& points, double value, const Get& get)
   if (above == points.end()) return get(points.back());
   const Point& p = *(above - 1);
   const Point& q = *above;
-  const double w = (value - p.value) / (q.value - p.value);
+  const double span = q.value - p.value;
+  const double w = std::isfinite(span) ? (value - p.value) / span
+                                       : (value / 2 - p.value / 2) / (q.value / 2 - p.value / 2);
   using Value = std::decay_t<decltype(get(p))>;
   return Value(get(p) + w * (get(q) - get(p)));
 }

@@ -1,11 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
 #include "base/parallel.h"
 #include "base/rng.h"
 #include "features/clusters.h"
+#include "features/self_organising_map.h"
 
 namespace vol::features {
 namespace {
@@ -24,6 +26,68 @@ TEST(Merged, WardsOrderByHand) {
   EXPECT_EQ(merged(x, {5, 6, 0, 4}, 3), (std::vector<int>{1, 0, 2, 2}));
   EXPECT_EQ(merged(x, {1, 1, 1, 1}, 9).size(), 4U);
   EXPECT_THROW((void)merged(x, {1, 1, 1, 1}, 0), Error);
+}
+
+/// As the declaration says it: all pairs anew for every union.
+std::vector<int> merged_plainly(const Samples& points, const std::vector<std::int64_t>& weights, int labels) {
+  std::vector<int> cluster(weights.size());
+  Samples means = points;
+  std::vector<double> weight(weights.begin(), weights.end());
+  std::vector<int> alive;
+  for (int i = 0; i < std::ssize(weights); ++i) alive.push_back(cluster[static_cast<std::size_t>(i)] = i);
+  while (std::ssize(alive) > labels) {
+    double least = INFINITY, nearest = INFINITY;
+    int a = 0, b = 0;
+    for (const int x : alive) {
+      for (const int y : alive) {
+        if (y <= x) continue;
+        const double distance = (means.row(x) - means.row(y)).squaredNorm();
+        const double wx = weight[static_cast<std::size_t>(x)], wy = weight[static_cast<std::size_t>(y)];
+        const double cost = wx + wy > 0 ? wx * wy / (wx + wy) * distance : 0;
+        if (cost < least || (cost == least && distance < nearest)) {
+          least = cost, nearest = distance, a = x, b = y;
+        }
+      }
+    }
+    double &wa = weight[static_cast<std::size_t>(a)], wb = weight[static_cast<std::size_t>(b)];
+    if (wa + wb > 0) means.row(a) = (wa * means.row(a) + wb * means.row(b)) / (wa + wb);
+    wa += wb;
+    std::replace(cluster.begin(), cluster.end(), b, a);
+    std::erase(alive, b);
+  }
+  return cluster;
+}
+
+// Points of a coarse lattice: many are alike, and many unions cost the same.
+TEST(Merged, IsTheSearchOfAllPairs) {
+  Rng rng(11);
+  for (int trial = 0; trial < 60; ++trial) {
+    const auto n = static_cast<std::size_t>(2 + 38 * rng.uniform());
+    Samples x(static_cast<Eigen::Index>(n), 2);
+    std::vector<std::int64_t> weights;
+    for (std::size_t i = 0; i < n; ++i) {
+      x.row(static_cast<Eigen::Index>(i)) << std::floor(5 * rng.uniform()), std::floor(4 * rng.uniform());
+      weights.push_back(static_cast<std::int64_t>(3 * rng.uniform()));
+    }
+    for (const int labels : {1, 2, 5, 20}) {
+      const auto plain = merged_plainly(x, weights, labels), found = merged(x, weights, labels);
+      for (std::size_t i = 0; i < n; ++i) {
+        for (std::size_t j = 0; j < i; ++j) {
+          ASSERT_EQ(found[i] == found[j], plain[i] == plain[j])
+              << trial << " " << labels << " " << i << " " << j;
+        }
+      }
+    }
+  }
+}
+
+// 4096 units, as the largest map has: searching all pairs for every union takes a thousand times as long.
+TEST(Merged, TheLargestMap) {
+  Rng rng(12);
+  Samples x(kMostUnits, 3);
+  for (Eigen::Index i = 0; i < x.size(); ++i) x.data()[i] = rng.uniform();
+  const auto found = merged(x, std::vector<std::int64_t>(kMostUnits, 1), 7);
+  EXPECT_EQ(*std::max_element(found.begin(), found.end()), 6);
 }
 
 Samples blobs(int each, std::uint64_t seed) {

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "base/error.h"
+#include "base/rng.h"
 #include "io/codebook.h"
 #include "textures.h"
 
@@ -59,6 +60,37 @@ TEST_F(CodebookFile, OfAConstantVolume) {
   for (const auto l : voxels_of(labels)) EXPECT_EQ(l, 0);
 }
 
+// As large as a map can make it.
+TEST_F(CodebookFile, OfTheLargestMapIsReadAgain) {
+  Codebook book;
+  book.wavelet = "haar";
+  book.levels = 3;
+  Rng rng(3);
+  constexpr Eigen::Index kFeatures = 22;
+  for (Eigen::Index f = 0; f < kFeatures; ++f) book.names.push_back("feature" + std::to_string(f));
+  book.mean = Eigen::VectorXd::Zero(kFeatures);
+  book.projection = Eigen::MatrixXd::Identity(kFeatures, kFeatures);
+  book.units.resize(kMostUnits, kFeatures);
+  for (Eigen::Index i = 0; i < book.units.size(); ++i) book.units.data()[i] = rng.uniform(-1, 1);
+  book.labels.assign(kMostUnits, 1);
+  io::write_codebook(path(), book, {});
+  EXPECT_GT(std::filesystem::file_size(path()), 1U << 20);  // more than other YAML files may have
+  const Codebook back = io::read_codebook(path());
+  EXPECT_TRUE(back.units == book.units);
+}
+
+TEST_F(CodebookFile, FeaturesBeyondFloatsAreRefused) {
+  volume::Volume large = texture({8, 8, 8});
+  volume::Volume wide = volume::allocate(volume::VoxelType::f64, large.geometry());
+  auto& voxels = std::get<volume::Grid<double>>(wide.grid).voxels;
+  for (std::size_t n = 0; n < voxels.size(); ++n)
+    voxels[n] = 1e300 * double{std::get<volume::Grid<float>>(large.grid).voxels[n]};
+  const FeatureField field(
+      wavelet::analyze<double>(wide, {.wavelet = "haar", .levels = 1}, volume::value_range(wide)), {});
+  EXPECT_THROW(io::write_features(folder_ / "features.nrrd", field, {}), Error);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "features.nrrd"));
+}
+
 TEST_F(CodebookFile, HostileTextIsRefusedInOneLine) {
   const FeatureField field(transformed(texture({16, 16, 16}), "haar", 2), {});
   io::write_codebook(path(), book_of(field), {});
@@ -88,6 +120,10 @@ TEST_F(CodebookFile, HostileTextIsRefusedInOneLine) {
   EXPECT_THAT(refused("[1, 2"), one_line);
   EXPECT_THAT(refused("just words"), one_line);
   EXPECT_THAT(with("wavelet:", "wavlet:"), AllOf(one_line, HasSubstr("wavlet")));
+  EXPECT_THAT(with("wavelet:", "\"wave\\nlet\":"), one_line);  // a line end in the key
+  EXPECT_THAT(with("wavelet: haar", "wavelet: \"ha\\nar\""),
+              AllOf(one_line, HasSubstr("a word is expected")));
+  EXPECT_THAT(with("level1.LLH", "\"level1\\nLLH\""), AllOf(one_line, HasSubstr("a word is expected")));
   EXPECT_THAT(with("levels: 2", "levels: two"), AllOf(one_line, HasSubstr("line")));
   EXPECT_THAT(with("mean: [", "mean: [.nan, "), one_line);
   EXPECT_THAT(with("mean: [", "mean: [1, "), one_line);

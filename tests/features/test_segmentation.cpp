@@ -185,6 +185,23 @@ TEST(Segmentation, EmptyRegionsHaveOneLabel) {
   }
 }
 
+// Labels are found in floats: values 1e60 times as large overflow them; the other way all are as one.
+TEST(Segmentation, CodebookOfMuchSmallerValuesIsRefused) {
+  const auto scaled = [](float by) {
+    volume::Volume volume = texture({16, 16, 16});
+    for (float& v : std::get<volume::Grid<float>>(volume.grid).voxels) v *= by;
+    return FeatureField(transformed(volume, "haar", 2), {});
+  };
+  const FeatureField small = scaled(1e-30F), large = scaled(1e30F);
+  const auto of_small = train(small, {}).codebook, of_large = train(large, {}).codebook;
+  EXPECT_THROW((void)label_volume(large, of_small), Error);
+  const auto labels = label_volume(small, of_large);
+  EXPECT_EQ(std::set<int>(voxels_of(labels).begin(), voxels_of(labels).end()).size(), 1U);
+  auto hostile = train(small, {}).codebook;
+  hostile.units(0, 0) = 1e300;
+  EXPECT_THROW((void)label_volume(small, hostile), Error);
+}
+
 TEST(Segmentation, CodebookOfOtherFeaturesIsRefused) {
   const FeatureField two(transformed(texture({16, 16, 16}), "haar", 2), {}),
       one(transformed(texture({16, 16, 16}), "haar", 1), {});

@@ -53,6 +53,14 @@ TEST(Samples, OtherNumbersCountInBins) {
   EXPECT_EQ(samples.weight, (std::vector<double>{0.5, 0.5}));
 }
 
+// Three bins of a range of four doubles: the middles of the last two are one double.
+TEST(Samples, BinsWithOneMiddleCountTogether) {
+  const auto samples = histogram_samples(volume_of<double>({1e16, 1e16 + 2, 1e16 + 4, 1e16 + 6}),
+                                         {1e16, 1e16 + 6}, 3, Weighting::histogram);
+  EXPECT_EQ(samples.value, (std::vector<double>{1e16, 1e16 + 4}));
+  EXPECT_EQ(samples.weight, (std::vector<double>{0.25, 0.75}));
+}
+
 TEST(Samples, NothingToCountIsRefused) {
   EXPECT_THROW((void)uniform_samples({0, 1}, 0), Error);
   EXPECT_THROW((void)uniform_samples({1, 1}, 5), Error);

@@ -82,6 +82,10 @@ TEST(Scene, RefusalsNameFileLineAndKey) {
   EXPECT_THAT(refusal("camera: {azimuth: 1\n"), HasSubstr("scene.yaml"));
   EXPECT_THAT(refusal("- 1\n- 2\n"), HasSubstr("map"));
   EXPECT_THAT(refusal("model: xray\nmodel: mip\n"), HasSubstr("twice"));
+  for (const char* text :
+       {"\"mo\\ndel\": xray\n", "model: \"xr\\nay\"\n", "transfer: \"no\\nwhere.yaml\"\n"}) {
+    EXPECT_THAT(refusal(text), AllOf(HasSubstr("line 1"), ::testing::Not(HasSubstr("\n")))) << text;
+  }
   EXPECT_THAT(refusal(std::string(2 << 20, '#')), HasSubstr("scene.yaml"));
 }
 

@@ -20,7 +20,18 @@ TEST(TransferFunction, IsLinearBetweenPointsAndHoldsItsEnds) {
   EXPECT_TRUE(tf.colour(99).isApprox(Vec3(0, 1, 2)));
 }
 
-TEST(TransferFunction, AtAJumpTheSecondPointHolds) { EXPECT_DOUBLE_EQ(example().opacity(1), 0.3); }
+// The difference of two values may be beyond all doubles.
+TEST(TransferFunction, IsLinearOverTheWholeRangeOfDoubles) {
+  const TransferFunction tf({{-1.5e308, {0, 0, 0}}, {1.5e308, {1, 1, 1}}}, {{-1.5e308, 0}, {1.5e308, 1}});
+  for (const double at : {-1.5e308, -1e308, 0.0, 1.0, 1.2e308, 1.5e308}) {
+    EXPECT_DOUBLE_EQ(tf.opacity(at), 0.5 + at / 3e307 / 10) << at;
+    EXPECT_DOUBLE_EQ(tf.colour(at)[1], tf.opacity(at)) << at;
+  }
+}
+
+TEST(TransferFunction, AtAJumpTheSecondPointHolds) {
+  EXPECT_DOUBLE_EQ(example().opacity(1), 0.3);
+}
 
 TEST(TransferFunction, RangesBoundEveryValueInside) {
   const auto tf = example();
