@@ -55,7 +55,7 @@ def agreement(asked, tools):
         found, seconds, topographic = [], [], []
         for seed in asked["seeds"]:
             tools.run(f"vol-dwt {seed}.nrrd -o c.vdb --wavelet {run['wavelet']} --levels {run['levels']} {kept}")
-            stats = tools.run(f"vol-segment c.vdb -o labels.nrrd --labels 4 --truth {seed}.truth.nrrd {run['options']}")
+            stats = tools.run(f"vol-segment c.vdb -o labels.nrrd --classes 4 --truth {seed}.truth.nrrd {run['options']}")
             found.append(stats["result"]["adjusted_rand_index"])
             seconds.append(stats["time_s"]["compute"])
             topographic.append(stats["result"].get("topographic_error"))
@@ -96,7 +96,7 @@ def labels(settings, tools, path):
         entry = asked["datasets"][dataset]
         volume = (sweep.ROOT / sweep.volume(dataset, out)).resolve()
         tools.run(f"vol-dwt {volume} -o c.vdb --wavelet {base['wavelet']} --levels {base['levels']}")
-        tools.run(f"vol-segment c.vdb -o labels.nrrd --features-output features.nrrd --labels {entry['labels']} {base['options']}")
+        tools.run(f"vol-segment c.vdb -o labels.nrrd --features-output features.nrrd --classes {entry['labels']} {base['options']}")
         draw = entry["draw"].replace("configs/", f"{sweep.ROOT}/configs/")
         tools.run(f"vol-raycast {volume} --labels labels.nrrd -o picture.png --size {asked['picture']} {draw}")
         voxels, found = isosurface.read_nrrd(volume), isosurface.read_nrrd(tools.folder / "labels.nrrd")

@@ -1,6 +1,6 @@
 // isosurf-mc: isosurfaces of a volume as a triangle mesh.
 //   isosurf-mc head.nrrd --isovalue 90 -o head.ply
-//   isosurf-mc labels.nrrd --labels all -o region-{label}.ply
+//   isosurf-mc labels.nrrd --label all -o region-{label}.ply
 //   isosurf-mc protein.nrrd --isovalue 0.2,-0.2 --close -o protein.obj --stats mesh.json
 #include <algorithm>
 #include <map>
@@ -38,7 +38,7 @@ void declare(CLI::App& app, Options& o) {
   cli::add_volume_input(app, o.input);
   app.add_option(
          "-o,--output", o.output,
-         "Mesh (.ply .obj .stl); - is standard output; with {label} in the name a file for each of --labels")
+         "Mesh (.ply .obj .stl); - is standard output; with {label} in the name a file for each --label")
       ->required()
       ->group("Files");
   app.add_option("--format", o.write.format, "ply, obj or stl [by extension; ply]")
@@ -53,7 +53,7 @@ void declare(CLI::App& app, Options& o) {
                        ->type_name("VALUE,...")
                        ->group(surface);
   app.add_option(
-         "--labels", o.labels,
+         "--label,--labels", o.labels,
          "The volume holds labels, whole numbers 0 to 255: the surface around each of these, where it "
          "has half a share of a point by trilinear interpolation; LABEL,LABEL,... or all")
       ->excludes(isovalue)
@@ -190,13 +190,13 @@ class Surfaces {
 
 int work(Options& o, cli::Record& record) {
   const bool by_label = !o.labels.empty();
-  if (o.isovalue_texts.empty() && !by_label) throw Error("--isovalue or --labels is required");
+  if (o.isovalue_texts.empty() && !by_label) throw Error("--isovalue or --label is required");
   if (!by_label && o.output.string().find(kLabelInName) != std::string::npos) {
-    throw Error(std::string("-o: ") + kLabelInName + " in the name is for --labels");
+    throw Error(std::string("-o: ") + kLabelInName + " in the name is for --label");
   }
   const auto isovalues = cli::parse_numbers("--isovalue", o.isovalue_texts);
   std::vector<int> labels;
-  if (by_label && o.labels != "all") labels = cli::parse_labels("--labels", o.labels);
+  if (by_label && o.labels != "all") labels = cli::parse_labels("--label", o.labels);
   o.write.double_precision = o.type == "f64";
   o.mesh.normals = io::require_mesh_format(o.output, o.write) != "stl" && !o.no_normals;  // STL has none
   const volume::Volume volume = cli::load(o.input, record);
@@ -223,7 +223,7 @@ int main(int argc, char** argv) {
   CLI::App app{
       "Isosurfaces of a volume as a triangle mesh: marching cubes with the topology of the trilinear field.\n"
       "Values at least the isovalue are inside, ties too; the mesh has no cracks, whatever the data.\n"
-      "With --labels the surfaces around the regions of a label volume."};
+      "With --label the surfaces around the regions of a label volume."};
   Options options;
   declare(app, options);
   return cli::run(

@@ -1,10 +1,11 @@
 // vol-segment: from wavelet coefficients the features of every voxel, and from these its label.
-//   vol-segment head.vdb -o labels.nrrd --labels 5 --codebook-output head.yaml
+//   vol-segment head.vdb -o labels.nrrd --classes 5 --codebook-output head.yaml
 //   vol-segment other.vdb -o labels.nrrd --codebook head.yaml
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "base/error.h"
+#include "cli/naming.h"
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/volume_input.h"
@@ -13,6 +14,7 @@
 #include "io/any_volume.h"
 #include "io/codebook.h"
 #include "io/vdb.h"
+#include "volume/labels.h"
 
 namespace {
 
@@ -78,7 +80,7 @@ void declare(CLI::App& app, Options& o) {
          features);
 
   const char* classes = "Classes";
-  learnt(app.add_option("--labels", o.training.labels, "Classes, 1 to 256")
+  learnt(app.add_option("--classes,--labels", o.training.labels, "How many labels, 1 to 256")
              ->check(CLI::Range(1, features::kMostLabels))
              ->capture_default_str(),
          classes);
@@ -86,7 +88,9 @@ void declare(CLI::App& app, Options& o) {
              ->check(CLI::IsMember({"map", "k-means"}))
              ->capture_default_str(),
          classes);
-  learnt(app.add_option("--map", o.map, "Units of the map: COLUMNSxROWS")->capture_default_str(), classes);
+  learnt(
+      app.add_option("--map", o.map, "Units of the map, at most 4096: COLUMNSxROWS")->capture_default_str(),
+      classes);
   learnt(app.add_option("--map-grid", o.map_grid, "rectangular or hexagonal")
              ->check(CLI::IsMember({"rectangular", "hexagonal"}))
              ->capture_default_str(),
@@ -117,8 +121,12 @@ void resolve(Options& o) {
   o.training.map.rows = units[1];
   o.training.map.grid =
       o.map_grid == "hexagonal" ? features::MapGrid::hexagonal : features::MapGrid::rectangular;
+  if (units[0] > features::kMostUnits / units[1]) {
+    throw Error("--map " + o.map + ": at most " + std::to_string(features::kMostUnits) +
+                " units are possible");
+  }
   if (o.codebook.empty() && o.method == "map" && o.training.labels > units[0] * units[1]) {
-    throw Error("--labels " + std::to_string(o.training.labels) + ": a map of " + o.map + " has only " +
+    throw Error("--classes " + std::to_string(o.training.labels) + ": a map of " + o.map + " has only " +
                 std::to_string(units[0] * units[1]) + " units");
   }
   io::require_volume_output(o.output, o.format);
@@ -154,12 +162,14 @@ void report(const features::Training& t, const Options& o, cli::Record& record) 
 void compare(const volume::Volume& labels, const Options& o, cli::Record& record) {
   cli::VolumeInput input;
   input.path = o.truth;
-  const volume::Volume truth = cli::load(input, record);
-  if (truth.voxel_type() != volume::VoxelType::u8 || truth.geometry().dims != labels.geometry().dims) {
-    throw Error(o.truth.string() + ": labels, u8, of the same dims as the coefficients' volume are expected");
+  const volume::Volume volume = cli::load(input, record);
+  if (volume.geometry().dims != labels.geometry().dims) {
+    throw Error(io::display_name(o.truth) +
+                ": labels of the same dims as the coefficients' volume are expected");
   }
+  const auto truth = cli::naming(o.truth, [&] { return volume::label_grid(volume); });
   const auto& ours = std::get<volume::Grid<std::uint8_t>>(labels.grid).voxels;
-  const auto& theirs = std::get<volume::Grid<std::uint8_t>>(truth.grid).voxels;
+  const auto& theirs = truth.voxels;
   std::vector<std::vector<std::int64_t>> counts(256, std::vector<std::int64_t>(256, 0));
   for (std::size_t v = 0; v < ours.size(); ++v) ++counts[ours[v]][theirs[v]];
   record.result("adjusted_rand_index", features::adjusted_rand_index(counts));

@@ -31,10 +31,10 @@ TEST(ParseNumbers, FiniteOnesFromAllTexts) {
 }
 
 TEST(ParseLabels, WholeNumbersUpTo255) {
-  EXPECT_EQ(parse_labels("--labels", "3"), std::vector<int>{3});
-  EXPECT_EQ(parse_labels("--labels", "255,0,7"), (std::vector<int>{255, 0, 7}));
+  EXPECT_EQ(parse_labels("--label", "3"), std::vector<int>{3});
+  EXPECT_EQ(parse_labels("--label", "255,0,7"), (std::vector<int>{255, 0, 7}));
   for (const char* bad : {"", "1,", ",1", "256", "-1", "1.5", "x", "1 2"}) {
-    EXPECT_THROW((void)parse_labels("--labels", bad), Error) << bad;
+    EXPECT_THROW((void)parse_labels("--label", bad), Error) << bad;
   }
 }
 

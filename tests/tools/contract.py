@@ -38,7 +38,7 @@ SMALL = {
     "fvr-slice": "{spectrum} -o out.exr --size 32x24 --view 30,20",
     "fvr-slice-gpu": "{spectrum} -o out.exr --size 32x24 --view 30,20",
     "isosurf-mc": "{volume} --isovalue 0.5 -o out.ply",
-    "vol-segment": "{coefficients} -o out.nrrd --labels 3",
+    "vol-segment": "{coefficients} -o out.nrrd --classes 3",
     "isosurf-ray": "{volume} --isovalue 0.5 -o out.exr --size 16x16",
     "wavelet-raycast": "{coefficients} -o out.exr --size 16x16",
     "curv-tricubic": "{grid} -o out.exr --size 16x16",

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Labels in pictures and meshes from outside: vol-raycast --labels and --splat, isosurf-mc --labels.
+# Labels in pictures and meshes from outside: vol-raycast --labels and --splat, isosurf-mc --label.
 #   labels.sh BIN
 looks=$(realpath "$(dirname "${BASH_SOURCE[0]}")/../../configs/transfer/labels.yaml")
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh" "$1"
@@ -40,9 +40,10 @@ hits() {
 [ "$(hits 0.1)" -gt "$(hits 0.5)" ] && [ "$(hits 0.5)" -gt "$(hits 0.95)" ] || fail "a lower threshold must show more"
 
 # Meshes: one file with a property, or a file a label; together they are the labels' voxels and half of what is between.
-"$bin/isosurf-mc" labels.nrrd --labels all --close -o regions.ply --stats regions.json --quiet || fail "status $? for regions"
+"$bin/isosurf-mc" labels.nrrd --label all --close -o regions.ply --stats regions.json --quiet || fail "status $? for regions"
+"$bin/isosurf-mc" labels.nrrd --labels all --close -o same.ply --quiet && cmp -s regions.ply same.ply || fail "--labels is not --label any more"
 grep -aq "property double label" regions.ply || fail "the mesh does not tell labels apart"
-"$bin/isosurf-mc" labels.nrrd --labels all --close -o 'region-{label}.obj' --quiet --stats each.json || fail "status $? for a file a label"
+"$bin/isosurf-mc" labels.nrrd --label all --close -o 'region-{label}.obj' --quiet --stats each.json || fail "status $? for a file a label"
 for label in 0 1 2 3; do
   grep -q '^f ' region-$label.obj || fail "label $label has no triangles"
 done
@@ -67,10 +68,10 @@ refused "$bin/vol-raycast" values.nrrd -o a.exr --labels labels.nrrd --splat 300
 refused "$bin/vol-raycast" values.nrrd -o a.exr --labels labels.nrrd --splat 0
 refused "$bin/vol-raycast" values.nrrd -o a.exr --labels labels.nrrd --splat 1 --splat-threshold 0
 refused "$bin/vol-raycast" values.nrrd -o a.exr --labels labels.nrrd --splat 1 --splat-support 100
-refused "$bin/isosurf-mc" values.nrrd --labels all -o a.ply
-refused "$bin/isosurf-mc" labels.nrrd --labels 1,x -o a.ply
-refused_for once "$bin/isosurf-mc" labels.nrrd --labels 1,2,1 -o a.ply
-refused "$bin/isosurf-mc" labels.nrrd --labels 1 --isovalue 0.5 -o a.ply
+refused "$bin/isosurf-mc" values.nrrd --label all -o a.ply
+refused "$bin/isosurf-mc" labels.nrrd --label 1,x -o a.ply
+refused_for once "$bin/isosurf-mc" labels.nrrd --label 1,2,1 -o a.ply
+refused "$bin/isosurf-mc" labels.nrrd --label 1 --isovalue 0.5 -o a.ply
 refused "$bin/isosurf-mc" labels.nrrd -o a.ply
 refused "$bin/isosurf-mc" labels.nrrd --isovalue 0.5 -o 'a-{label}.ply'
 "$bin/vol-convert" labels.nrrd --pad 1 -o larger.nrrd --quiet || exit 2

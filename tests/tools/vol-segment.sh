@@ -10,10 +10,14 @@ source "$(dirname "${BASH_SOURCE[0]}")/common.sh" "$1"
 "$bin/vol-segment" texture.vdb -o - --threads 1 --quiet | "$bin/vol-compare" - labels.nrrd --quiet >/dev/null ||
   fail "one thread gives other labels"
 "$bin/vol-segment" texture.vdb -o again.nrrd --codebook book.yaml --truth labels.nrrd --stats again.json --quiet || fail "status $? with --codebook"
+"$bin/vol-convert" truth.nrrd -o wide.mha --type i16 --quiet || exit 2
+"$bin/vol-segment" texture.vdb -o same.nrrd --codebook book.yaml --truth wide.mha --stats wide.json --quiet || fail "status $? for labels in i16"
 "$bin/vol-segment" - -o hexagonal.nrrd --map-grid hexagonal --map 5x4 --normalise components --stats hexagonal.json --quiet <texture.vdb ||
   fail "status $? for a hexagonal map"
-"$bin/vol-segment" texture.vdb -o means.mha --method k-means --labels 3 --no-approximation --components 2 --stats means.json --quiet ||
+"$bin/vol-segment" texture.vdb -o means.mha --method k-means --classes 3 --no-approximation --components 2 --stats means.json --quiet ||
   fail "status $? for k-means"
+"$bin/vol-segment" texture.vdb -o same.mha --method k-means --labels 3 --no-approximation --components 2 --quiet && cmp -s means.mha same.mha ||
+  fail "--labels is not --classes any more"
 "$bin/vol-dwt" texture.nrrd -o values.vdb --levels 0 --quiet || exit 2
 "$bin/vol-segment" values.vdb -o values.nrrd --method k-means --window 0 --truth truth.nrrd --stats values.json --quiet ||
   fail "status $? for intensities"
@@ -39,10 +43,11 @@ def header_and_data(name):
     return dict(line.split(": ", 1) for line in data[:end].decode().splitlines() if ": " in line), data[end:]
 
 
-stats = {name: json.load(open(name + ".json")) for name in ("stats", "again", "hexagonal", "means", "values")}
+stats = {name: json.load(open(name + ".json")) for name in ("stats", "again", "wide", "hexagonal", "means", "values")}
 found, values = (stats[name]["result"]["adjusted_rand_index"] for name in ("stats", "values"))
 expect("textures are told apart where values are not", found > 0.5 > 0.1 > values, found, values)
 expect("a codebook gives the labels it was made from", stats["again"]["result"]["adjusted_rand_index"] == 1)
+expect("labels of any type are a truth", stats["wide"]["result"]["adjusted_rand_index"] == found)
 counts = stats["stats"]["counts"]
 expect("counts", counts["features"] == 15 and counts["voxels"] == 64 * 60 * 72, counts)
 result = stats["stats"]["result"]
@@ -82,14 +87,17 @@ grep -q "found 1 of 4 labels" err || fail "nothing said of a constant volume: $(
 sed 's/levels: 2/levels: 3/' book.yaml >other.yaml
 head -c 300 book.yaml >cut.yaml
 refused "$bin/vol-segment" texture.nrrd -o a.nrrd
-refused "$bin/vol-segment" texture.vdb -o a.nrrd --labels 25
-refused "$bin/vol-segment" texture.vdb -o a.nrrd --labels 0
+refused "$bin/vol-segment" texture.vdb -o a.nrrd --classes 25
+refused "$bin/vol-segment" texture.vdb -o a.nrrd --classes 0
 refused "$bin/vol-segment" texture.vdb -o a.nrrd --map 0x3
+refused_for "at most 4096" "$bin/vol-segment" texture.vdb -o a.nrrd --map 65x64
+refused_for "at most 4096" "$bin/vol-segment" texture.vdb -o a.nrrd --map 70000x70000
 refused "$bin/vol-segment" texture.vdb -o a.nrrd --share 0
 refused "$bin/vol-segment" texture.vdb -o a.nrrd --codebook other.yaml
 refused "$bin/vol-segment" texture.vdb -o a.nrrd --codebook cut.yaml
-refused "$bin/vol-segment" texture.vdb -o a.nrrd --codebook book.yaml --labels 3
-refused "$bin/vol-segment" texture.vdb -o a.nrrd --truth texture.nrrd
+refused "$bin/vol-segment" texture.vdb -o a.nrrd --codebook book.yaml --classes 3
+refused_for "texture.nrrd: labels are whole numbers" "$bin/vol-segment" texture.vdb -o a.nrrd --truth texture.nrrd
+refused_for "same dims" "$bin/vol-segment" texture.vdb -o a.nrrd --truth constant.nrrd
 refused "$bin/vol-segment" texture.vdb -o a.nrrd --features-output a.txt
 refused "$bin/vol-segment" values.vdb -o a.nrrd --no-approximation
 [ ! -e a.nrrd ] || fail "labels were written after all"
