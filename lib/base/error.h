@@ -9,7 +9,7 @@ namespace vol {
 class Error : public std::runtime_error {
  public:
   explicit Error(const std::string& message) : std::runtime_error(message) {}
-  /// Adds context while unwinding: `context: cause`.
+  /// Adds context while unwinding: `context: cause`, what does not print as spaces.
   Error(const std::string& context, const std::exception& cause);
 };
 

@@ -117,7 +117,7 @@ features::Codebook read_codebook(const std::filesystem::path& path) {
   } catch (const Error& error) {
     throw Error(display_name(path), error);
   } catch (const YAML::Exception& error) {
-    throw Error(display_name(path) + ": line " + std::to_string(error.mark.line + 1) + ": " + error.msg);
+    throw Error(display_name(path), error);
   }
 }
 
