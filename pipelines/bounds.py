@@ -2,13 +2,13 @@
 """One data set and scene from random views: --max-error at every bound, and the picture that most would cast instead,
 each with its time and its largest error against the reference integral."""
 
-import argparse
 import json
 import math
 import pathlib
 import random
 
 import raycaster
+import records
 import rounds
 import sweep
 
@@ -21,12 +21,7 @@ def views(asked, group):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("settings")
-    parser.add_argument("group", help="DATASET/SCENE")
-    parser.add_argument("--bin", required=True)
-    parser.add_argument("-o", "--output", required=True)
-    arguments = parser.parse_args()
+    arguments = records.tool_arguments(__doc__, "settings", "group")
     settings = json.loads(pathlib.Path(arguments.settings).read_text())
     asked, dataset = settings["sweep"], arguments.group.split("/")[0]
     folder = pathlib.Path(settings["out"]) / "pictures" / arguments.group

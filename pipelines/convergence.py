@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 """Runs the refinements of convergence.yaml through the tools: one error a value, and its truth from closed forms."""
 
-import argparse
 import json
 import math
 import pathlib
@@ -13,6 +12,7 @@ import numpy
 
 import fourier_truth
 import isosurface
+import records
 
 SIGMA = 0.3  # of vol-phantom's gaussian, on [-1, 1]^3
 ISOVALUE = 0.4
@@ -203,11 +203,7 @@ class Runs:
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("settings")
-    parser.add_argument("--bin", required=True)
-    parser.add_argument("-o", "--output", required=True)
-    arguments = parser.parse_args()
+    arguments = records.tool_arguments(__doc__, "settings")
     asked = json.loads(pathlib.Path(arguments.settings).read_text())["sweep"]
     with tempfile.TemporaryDirectory() as folder:
         runs = Runs(asked, arguments.bin, folder)

@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 """One curvilinear grid by every setting of the sweep: counts and errors at every size, times interleaved at the first."""
 
-import argparse
 import json
 import pathlib
 import shlex
@@ -9,6 +8,7 @@ import subprocess
 
 import yaml
 
+import records
 import rounds
 import sweep
 
@@ -70,12 +70,7 @@ def words_of(grid, binaries, folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("settings")
-    parser.add_argument("grid")
-    parser.add_argument("--bin", required=True)
-    parser.add_argument("-o", "--output", required=True)
-    arguments = parser.parse_args()
+    arguments = records.tool_arguments(__doc__, "settings", "grid")
     settings = json.loads(pathlib.Path(arguments.settings).read_text())
     asked, folder = settings["sweep"], pathlib.Path(settings["out"]) / "pictures" / arguments.grid
     folder.mkdir(parents=True, exist_ok=True)

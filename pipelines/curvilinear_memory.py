@@ -1,20 +1,18 @@
 #!/usr/bin/python3
 """Memory of curv-tricubic by cells: the largest resident size on twisted boxes of 32^3 and 64^3 cells, the picture small."""
 
-import argparse
 import json
 import pathlib
 import subprocess
 import tempfile
 
+import records
+
 EDGES = (32, 64)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--bin", required=True)
-    parser.add_argument("-o", "--output", required=True)
-    arguments = parser.parse_args()
+    arguments = records.tool_arguments(__doc__)
     found = {}
     with tempfile.TemporaryDirectory() as folder:
         grid, stats, picture = (pathlib.Path(folder) / name for name in ("grid.vts", "stats.json", "picture.exr"))

@@ -2,7 +2,6 @@
 """VTK's unstructured-grid volume mappers beside curv-tricubic: one grid carrying a field known in closed form, every frame's time
 and its error against the field itself, drawn by rays on a refined grid."""
 
-import argparse
 import importlib.util
 import json
 import math
@@ -14,6 +13,7 @@ import sys
 import yaml
 
 import curvilinear
+import records
 import rounds
 import sweep
 
@@ -53,11 +53,7 @@ class Worker:
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("settings")
-    parser.add_argument("--bin", required=True)
-    parser.add_argument("-o", "--output", required=True)
-    arguments = parser.parse_args()
+    arguments = records.tool_arguments(__doc__, "settings")
     output = pathlib.Path(arguments.output)
     if not shutil.which("xvfb-run") or not importlib.util.find_spec("vtk"):
         output.write_text(json.dumps({"absent": "python3-vtk9 or xvfb is not installed"}))

@@ -6,13 +6,13 @@ of the way is the cheapest of a family of settings at that error: the family's c
 the two settings that bracket the error, linearly in the logarithms, for samples and for time alike.
 """
 
-import argparse
 import json
 import math
 import pathlib
 import statistics
 import subprocess
 
+import records
 import sweep
 
 STEPS = ["the paper's uniform sampling", "skipping what is invisible", "second-order quadrature, steps of whole half voxels",
@@ -147,16 +147,12 @@ def summary(found):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("settings")
-    parser.add_argument("--bin", required=True)
-    parser.add_argument("-o", "--output", required=True)
-    arguments = parser.parse_args()
+    arguments = records.tool_arguments(__doc__, "settings")
     settings = json.loads(pathlib.Path(arguments.settings).read_text())
     asked = settings["sweep"]["decomposition"]
     folder = pathlib.Path(settings["out"]) / "decomposition"
     wanted = [d for d in asked["datasets"] if d in settings["datasets"]] or [d for d in asked["else"] if d in settings["datasets"]]
-    found, tables, records = [], [], []
+    found, tables, measured = [], [], []
     for dataset in wanted:
         for name in settings["sweep"]["datasets"][dataset]["scenes"]:
             scene = Scene(settings, arguments.bin, dataset, name, folder)
@@ -164,8 +160,8 @@ def main():
             rows = rows_of(error, families)
             found.append((dataset, name, rows))
             tables.append(table_of(dataset, name, error, rows))
-            records.append({"dataset": dataset, "scene": name, "mse": error, "rows": rows, "runs": families})
-    (folder / "runs.json").write_text(json.dumps(records, indent=1))
+            measured.append({"dataset": dataset, "scene": name, "mse": error, "rows": rows, "runs": families})
+    (folder / "runs.json").write_text(json.dumps(measured, indent=1))
     explanation = EXPLANATION.format(steps=", ".join(asked["steps"]), repeat=asked["repeat"])
     output = pathlib.Path(arguments.output)
     output.write_text("# Where the saving comes from\n\n" + explanation + "\n" + summary(found) + "\n" + "\n".join(tables))

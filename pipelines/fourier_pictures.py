@@ -2,7 +2,6 @@
 """Contact sheets of `fourier`: what the paper's Figures 4.2 to 4.9 show (filters, with what each is wrong by), and models: shading,
 bands, edges, and a turn. The filters' pictures also as a list of pairs."""
 
-import argparse
 import json
 import pathlib
 import tempfile
@@ -15,6 +14,7 @@ import numpy  # noqa: E402
 
 import fourier  # noqa: E402
 import pairs  # noqa: E402
+import records  # noqa: E402
 import sweep  # noqa: E402
 
 FILTERS = [("nearest", 1, False, "4.2: nearest"), ("trilinear", 1, False, "4.4: trilinear"),
@@ -110,11 +110,7 @@ def turn(tools, config, volume, dataset, size):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("settings")
-    parser.add_argument("--bin", required=True)
-    parser.add_argument("-o", "--output", required=True, help="folder")
-    arguments = parser.parse_args()
+    arguments = records.tool_arguments(__doc__, "settings")
     settings = json.loads(pathlib.Path(arguments.settings).read_text())
     config = settings["sweep"]
     size = min(128, max(config["sizes"]))

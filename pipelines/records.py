@@ -27,6 +27,16 @@ def table_arguments(description, *inputs, folder=False):
     return parser.parse_args()
 
 
+def tool_arguments(description, *inputs):
+    """The command line of a program that runs tools: its inputs, --bin where the tools are, and -o what it makes."""
+    parser = argparse.ArgumentParser(description=description)
+    for name in inputs:
+        parser.add_argument(name)
+    parser.add_argument("--bin", required=True, help="folder of the tools")
+    parser.add_argument("-o", "--output", required=True)
+    return parser.parse_args()
+
+
 def load(path):
     return json.loads(pathlib.Path(path).read_text())
 

@@ -2,13 +2,13 @@
 """One data set of the sweep of transfer curves: fits to every target for every number of control points, the pictures of fitted
 curves by fvr-slice and by vol-raycast --model xray, and the time and memory of spectra for more and more control points."""
 
-import argparse
 import json
 import pathlib
 import shlex
 import statistics
 import subprocess
 
+import records
 import rounds
 import sweep
 
@@ -83,12 +83,7 @@ def costs(tools, asked, entry, volume):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("settings")
-    parser.add_argument("dataset")
-    parser.add_argument("--bin", required=True)
-    parser.add_argument("-o", "--output", required=True)
-    arguments = parser.parse_args()
+    arguments = records.tool_arguments(__doc__, "settings", "dataset")
     settings = json.loads(pathlib.Path(arguments.settings).read_text())
     asked, entry = settings["sweep"], settings["sweep"]["datasets"][arguments.dataset]
     folder = pathlib.Path(settings["out"]) / "curves" / arguments.dataset
