@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "base/error.h"
 #include "volume/grid_sampler.h"
 #include "wavelet/layout.h"
+#include "wavelet/spline_basis.h"
 
 namespace vol::wavelet {
 namespace {
@@ -84,25 +86,30 @@ Images images(const Band& band, int axis, std::int64_t k, std::int64_t period, d
           static_cast<std::int64_t>(std::floor((low - at) / p))};
 }
 
-/// Calls f(c, k) for every place k where the function of a coefficient c other than 0 meets the box.
-template <class T, class F>
-void for_each_term(const Subband<T>& subband, const Dims& extended, const Box3& box, const Band& band,
-                   const F& f) {
-  std::array<std::int64_t, 3> period{};
-  for (std::size_t a = 0; a < 3; ++a) period[a] = extended[a] == 1 ? 1 : extended[a] >> band.level;
-  const auto axis_images = [&](int axis, std::int64_t k) {
-    const auto a = static_cast<std::size_t>(axis);
-    return extended[a] == 1 ? Images{0, 0} : images(band, axis, k, period[a], box.max[axis]);
-  };
+std::int64_t number_of_coefficients(const Band& band, std::size_t axis) {
+  return std::max<std::int64_t>(1, band.period[axis]);
+}
+
+Images axis_images(const Band& band, std::size_t axis, std::int64_t k, const Box3& box) {
+  if (band.period[axis] == 0) return {0, 0};
+  const auto a = static_cast<int>(axis);
+  return images(band, a, k, band.period[axis], box.max[a]);
+}
+
+/// Calls f(c, k) for every place k where the function of a coefficient c other than 0 meets the box. The
+/// coefficients are as many as the band's period, x fastest.
+template <class Coefficients, class F>
+void for_each_term(const Coefficients& coefficients, const Box3& box, const Band& band, const F& f) {
+  const auto& period = band.period;
   std::size_t at = 0;
-  for (std::int64_t k = 0; k < subband.dims[2]; ++k) {
-    const Images z = axis_images(2, k);
-    for (std::int64_t j = 0; j < subband.dims[1]; ++j) {
-      const Images y = axis_images(1, j);
-      for (std::int64_t i = 0; i < subband.dims[0]; ++i, ++at) {
-        const auto c = static_cast<double>(subband.coefficients[at]);
+  for (std::int64_t k = 0; k < number_of_coefficients(band, 2); ++k) {
+    const Images z = axis_images(band, 2, k, box);
+    for (std::int64_t j = 0; j < number_of_coefficients(band, 1); ++j) {
+      const Images y = axis_images(band, 1, j, box);
+      for (std::int64_t i = 0; i < number_of_coefficients(band, 0); ++i, ++at) {
+        const auto c = static_cast<double>(coefficients[at]);
         if (c == 0) continue;
-        const Images x = axis_images(0, i);
+        const Images x = axis_images(band, 0, i, box);
         for (std::int64_t w = z.first; w <= z.last; ++w) {
           for (std::int64_t v = y.first; v <= y.last; ++v) {
             for (std::int64_t u = x.first; u <= x.last; ++u) {
@@ -116,6 +123,44 @@ void for_each_term(const Subband<T>& subband, const Dims& extended, const Box3& 
     }
   }
 }
+
+/// Places of a band none of whose coefficients is 0.
+std::int64_t all_places(const Band& band, const Box3& box) {
+  std::int64_t places = 1;
+  for (std::size_t a = 0; a < 3; ++a) {
+    std::int64_t along = 0;
+    for (std::int64_t k = 0; k < number_of_coefficients(band, a); ++k) {
+      const Images found = axis_images(band, a, k, box);
+      along += std::max<std::int64_t>(0, found.last - found.first + 1);
+    }
+    places *= along;
+  }
+  return places;
+}
+
+/// Terms of a band that a point of the box meets, on average.
+double terms_at_a_point(const Band& band, std::int64_t terms, const Box3& box) {
+  double share = 1;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto a = static_cast<Eigen::Index>(i);
+    const double width = band.scale[a] * (band.upper[a] - band.lower[a]);
+    share *= std::min(1.0, width / (width + box.max[a] - box.min[a]));
+  }
+  return share * static_cast<double>(terms);
+}
+
+std::array<SplineAxis, 3> spline_axes(const Band& band) {
+  std::array<SplineAxis, 3> axes;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const bool detail = (band.orientation >> a & 1) != 0;
+    axes[a] = band.period[a] == 0 ? SplineAxis::none : detail ? SplineAxis::psi : SplineAxis::phi;
+  }
+  return axes;
+}
+
+/// The B-splines of a band take as much memory as the volume at its level, whatever the number of its terms:
+/// not more than this, 96 MiB of terms.
+constexpr std::int64_t kMostBSplines = std::int64_t{1} << 22;
 
 template <class T>
 std::int64_t bytes_of(const Subband<T>& subband) {
@@ -166,15 +211,9 @@ Expansion::Expansion(Decomposition<T> decomposition, const ExpansionOptions& opt
       const auto a = static_cast<Eigen::Index>(i);
       if (extended[i] > 1) {
         const bool detail = (subband.orientation >> i & 1) != 0;
-        const PiecewiseCubic f =
-            periodised(detail ? prototypes.psi : prototypes.phi, extended[i] >> subband.level);
-        const auto same = std::find_if(functions_.begin(), functions_.end(), [&](const auto& g) {
-          return g.lower == f.lower && g.spacing == f.spacing && g.pieces == f.pieces;
-        });
-        band.factor[i] = static_cast<int>(same - functions_.begin());
-        if (same == functions_.end()) functions_.push_back(f);
-        band.scale[a] = std::ldexp(1.0, subband.level);
         band.period[i] = extended[i] >> subband.level;
+        band.factor[i] = number_of(periodised(detail ? prototypes.psi : prototypes.phi, band.period[i]));
+        band.scale[a] = std::ldexp(1.0, subband.level);
         band.shift[a] = wavelet.mean;
         band.weight /= std::sqrt(band.scale[a]);
       }
@@ -182,30 +221,81 @@ Expansion::Expansion(Decomposition<T> decomposition, const ExpansionOptions& opt
       band.upper[a] = function(band.factor[i]).upper();
     }
   }
-  const std::vector<std::int64_t> terms = count_terms(decomposition, bands, options.memory_limit);
+  std::optional<SplineBasis> basis;
+  if (options.b_splines && wavelet.family == Family::battle_lemarie)
+    basis = battle_lemarie_basis(wavelet.degree);
+  const std::vector<std::int64_t> terms =
+      count_terms(decomposition, basis ? &*basis : nullptr, bands, options.memory_limit);
   for (std::size_t b = 0; b < bands.size(); ++b) {
     Band& band = bands[b];
-    band.terms.reserve(static_cast<std::size_t>(terms[b]));
-    for_each_term(decomposition.subbands[b], extended, box_, band,
-                  [&](double c, const std::array<std::int32_t, 3>& k) {
-                    band.terms.push_back({c * band.weight, k});
-                  });
-    decomposition.subbands[b].coefficients = {};
+    const auto add = [&band](double c, const std::array<std::int32_t, 3>& k) {
+      band.terms.push_back({c * band.weight, k});
+    };
+    auto& coefficients = decomposition.subbands[b].coefficients;
+    if (band.b_splines) {
+      std::vector<double> own(coefficients.begin(), coefficients.end());
+      coefficients = {};
+      Dims dims = decomposition.subbands[b].dims;
+      const std::vector<double> splines = to_b_splines(*basis, std::move(own), dims, spline_axes(band));
+      std::int64_t count = 0;
+      for_each_term(splines, box_, band, [&](double, const auto&) { ++count; });
+      band.terms.reserve(static_cast<std::size_t>(count));
+      for_each_term(splines, box_, band, add);
+    } else {
+      band.terms.reserve(static_cast<std::size_t>(terms[b]));
+      for_each_term(coefficients, box_, band, add);
+      coefficients = {};
+    }
     if (band.terms.empty()) continue;
     sort_and_build(band);
     bands_.push_back(std::move(band));
   }
 }
 
+int Expansion::number_of(const PiecewiseCubic& f) {
+  const auto same = std::find_if(functions_.begin(), functions_.end(), [&](const auto& g) {
+    return g.lower == f.lower && g.spacing == f.spacing && g.pieces == f.pieces;
+  });
+  const auto number = static_cast<int>(same - functions_.begin());
+  if (same == functions_.end()) functions_.push_back(f);
+  return number;
+}
+
 template <class T>
 std::vector<std::int64_t> Expansion::count_terms(const Decomposition<T>& decomposition,
-                                                 const std::vector<Band>& bands, std::int64_t limit) {
+                                                 const SplineBasis* basis, std::vector<Band>& bands,
+                                                 std::int64_t limit) {
   std::vector<std::int64_t> terms;
   std::int64_t all = 0, bytes = 0;
-  for (const auto& subband : decomposition.subbands) {
+  for (std::size_t b = 0; b < bands.size(); ++b) {
+    const auto& subband = decomposition.subbands[b];
+    Band& band = bands[b];
     terms.push_back(0);
-    for_each_term(subband, decomposition.extended_dims, box_, bands[terms.size() - 1],
-                  [&](double, const auto&) { ++terms.back(); });
+    for_each_term(subband.coefficients, box_, band, [&](double, const auto&) { ++terms.back(); });
+    if (basis != nullptr) {
+      Band splines = band;
+      splines.b_splines = true;
+      const auto axes = spline_axes(band);
+      for (std::size_t i = 0; i < 3; ++i) {
+        const auto a = static_cast<Eigen::Index>(i);
+        if (axes[i] == SplineAxis::none) continue;
+        splines.period[i] = spline_length(axes[i], band.period[i]);
+        splines.scale[a] = axes[i] == SplineAxis::psi ? band.scale[a] / 2 : band.scale[a];
+        const PiecewiseCubic f = periodised(basis->beta, splines.period[i]);
+        splines.lower[a] = f.lower;
+        splines.upper[a] = f.upper();
+      }
+      const std::int64_t places = all_places(splines, box_);
+      if (terms.back() > 0 && places <= kMostBSplines &&
+          terms_at_a_point(band, terms.back(), box_) > terms_at_a_point(splines, places, box_)) {
+        for (std::size_t i = 0; i < 3; ++i) {
+          if (axes[i] != SplineAxis::none)
+            splines.factor[i] = number_of(periodised(basis->beta, splines.period[i]));
+        }
+        band = std::move(splines);
+        terms.back() = places;
+      }
+    }
     all += terms.back();
     bytes += bytes_of(subband);
     coefficients_ += std::count_if(subband.coefficients.begin(), subband.coefficients.end(),
@@ -213,6 +303,14 @@ std::vector<std::int64_t> Expansion::count_terms(const Decomposition<T>& decompo
   }
   planned_bytes_ = bytes;
   for (std::size_t b = 0; b < bands.size(); ++b) {
+    const Band& band = bands[b];
+    if (band.b_splines) {
+      // As doubles, of the axis before and behind it.
+      const std::int64_t doubles = 2 * number_of_coefficients(band, 0) * number_of_coefficients(band, 1) *
+                                   number_of_coefficients(band, 2) *
+                                   static_cast<std::int64_t>(sizeof(double));
+      planned_bytes_ = std::max(planned_bytes_, bytes + doubles + band_bytes(terms[b]));
+    }
     if (terms[b] > 0) bytes += band_bytes(terms[b]);
     planned_bytes_ = std::max(planned_bytes_, bytes);
     bytes -= bytes_of(decomposition.subbands[b]);

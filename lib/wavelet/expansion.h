@@ -11,6 +11,8 @@
 
 namespace vol::wavelet {
 
+struct SplineBasis;
+
 /// A coefficient at one place: with u[a] = (x[a] + shift[a]) / scale[a] - k[a] in index space it adds
 /// c f0(u[0]) f1(u[1]) f2(u[2]), f the band's factors.
 struct Term {
@@ -34,6 +36,7 @@ struct Band {
   Vec3 lower = Vec3::Zero();  ///< support of a factor in u
   Vec3 upper = Vec3::Ones();
   std::array<std::int64_t, 3> period{};  ///< of k, on a transformed axis; 0 on others
+  bool b_splines = false;                ///< of a spline wavelet's band: its factors are B-splines
   std::vector<Term> terms;
   std::vector<std::vector<Node>> nodes;  ///< [0]: one for kFanout terms; the last: one node
 
@@ -66,6 +69,9 @@ struct Band {
 
 struct ExpansionOptions {
   int depth = 6;  ///< splines on multiples of 2^-depth; haar and Battle-Lemarie need none
+  /// Where a band of Battle-Lemarie has many terms, B-splines in their place (spline_basis.h): the same field
+  /// to rounding, of functions that reach over 4 samples instead of the whole axis.
+  bool b_splines = true;
   std::int64_t memory_limit = std::numeric_limits<std::int64_t>::max();  ///< of planned_bytes()
 };
 
@@ -77,7 +83,8 @@ struct ExpansionOptions {
 /// interpolate c0 but for Haar. What the transform extended the volume by lies outside the bounds; the
 /// transform's period is that of the extended box, and functions that reach over its end come in on the other
 /// side. Along an axis of one sample f is constant. A FieldSampler. Only coefficients that are not zero are
-/// stored and visited, once for each place where their function meets the box.
+/// stored and visited, once for each place where their function meets the box; those of a band turned into
+/// B-splines are those of the B-splines.
 class Expansion {
  public:
   /// Move the decomposition in where it is not needed any more: each subband's coefficients are freed as soon
@@ -109,10 +116,12 @@ class Expansion {
   [[nodiscard]] double psi_deviation() const { return psi_deviation_; }
 
  private:
-  /// Terms of every subband; sets coefficients_ and planned_bytes_.
+  /// Terms of every subband; sets coefficients_ and planned_bytes_. Turns those bands into bands of B-splines
+  /// that are better so.
   template <class T>
-  std::vector<std::int64_t> count_terms(const Decomposition<T>& decomposition, const std::vector<Band>& bands,
-                                        std::int64_t limit);
+  std::vector<std::int64_t> count_terms(const Decomposition<T>& decomposition, const SplineBasis* basis,
+                                        std::vector<Band>& bands, std::int64_t limit);
+  [[nodiscard]] int number_of(const PiecewiseCubic& f);  ///< among functions_, added where it is new
 
   volume::GridGeometry geometry_;
   volume::FieldBounds bounds_;

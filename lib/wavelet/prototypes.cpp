@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "wavelet/spline_basis.h"
 
 namespace vol::wavelet {
 namespace {
@@ -146,7 +147,11 @@ void trim(Values& c, std::int64_t& first) {
 // phi^(w) = beta^(w) / sqrt E(w), E the Fourier series of the B-spline of degree 2d+1 at the integers, so
 // that sum_k |phi^(w + 2 pi k)|^2 = 1; the coefficients fall as 0.54^|k| (degree 3), 1024 of them fold
 // nothing.
-Prototypes battle_lemarie_prototypes(int degree) {
+struct SplineSums {
+  Values a, b;
+  std::int64_t first_a, first_b;
+};
+SplineSums make_battle_lemarie_sums(int degree) {
   constexpr int kPeriod = 1024, kRadius = 100;
   const auto e = [degree](Real v) {
     return degree == 1 ? (2 + std::cos(v)) / 3
@@ -172,7 +177,17 @@ Prototypes battle_lemarie_prototypes(int degree) {
   std::int64_t first_a = -kRadius, first_b = bank.first - kRadius;
   trim(a, first_a);
   trim(b, first_b);
-  return {spline(degree, a, first_a, 1), spline(degree, b, first_b, 0.5), 0, 0};
+  return {std::move(a), std::move(b), first_a, first_b};
+}
+
+const SplineSums& battle_lemarie_sums(int degree) {
+  static const SplineSums linear = make_battle_lemarie_sums(1), cubic = make_battle_lemarie_sums(3);
+  return degree == 1 ? linear : cubic;
+}
+
+Prototypes battle_lemarie_prototypes(int degree) {
+  const SplineSums& sums = battle_lemarie_sums(degree);
+  return {spline(degree, sums.a, sums.first_a, 1), spline(degree, sums.b, sums.first_b, 0.5), 0, 0};
 }
 
 }  // namespace
@@ -220,6 +235,15 @@ std::vector<long double> scaling_function_at_integers(const FilterBank& bank) {
   Values result(static_cast<std::size_t>(n), 0);
   for (Eigen::Index i = 0; i < n - 2; ++i) result[static_cast<std::size_t>(i + 1)] = phi(i);
   return result;
+}
+
+SplineBasis battle_lemarie_basis(int degree) {
+  const SplineSums& sums = battle_lemarie_sums(degree);
+  return {{sums.a.begin(), sums.a.end()},
+          {sums.b.begin(), sums.b.end()},
+          sums.first_a,
+          sums.first_b,
+          spline(degree, {1}, 0, 1)};
 }
 
 Prototypes make_prototypes(const Wavelet& wavelet, int depth) {

@@ -274,7 +274,9 @@ TEST(Expansion, StoresWhatIsNotZeroAndRefusesWhatItCannotKnow) {
 
 TEST_P(ExpansionOf, TakesWhatItSaysBeforehand) {
   const auto d = transformed(random_volume<double>({9, 8, 12}, 41), GetParam(), 2);
-  const Expansion expansion(d, {.depth = 1});
+  const ExpansionOptions options{.depth = 1,
+                                 .b_splines = false};  // B-splines: what is 0 of them is not known before
+  const Expansion expansion(d, options);
   std::int64_t bytes = 0, coefficients = 0;
   for (const auto& band : d.subbands) coefficients += static_cast<std::int64_t>(band.coefficients.size());
   for (const auto& band : expansion.bands()) {
@@ -289,8 +291,51 @@ TEST_P(ExpansionOf, TakesWhatItSaysBeforehand) {
   EXPECT_GE(expansion.planned_bytes(), bytes + last);
   EXPECT_LE(expansion.planned_bytes(), bytes + coefficients * static_cast<std::int64_t>(sizeof(double)));
   const std::int64_t limit = expansion.planned_bytes();
-  EXPECT_NO_THROW((Expansion{d, {.depth = 1, .memory_limit = limit}}));
-  EXPECT_THROW((Expansion{d, {.depth = 1, .memory_limit = limit - 1}}), Error);
+  EXPECT_NO_THROW((Expansion{d, {.depth = 1, .b_splines = false, .memory_limit = limit}}));
+  EXPECT_THROW((Expansion{d, {.depth = 1, .b_splines = false, .memory_limit = limit - 1}}), Error);
+}
+
+// A change of basis changes no value: B-splines in place of Battle's and Lemarie's functions, to the rounding
+// of both sums. Sizes that the levels do not divide, an axis of one sample, periods shorter than a B-spline,
+// few and all coefficients.
+TEST(Expansion, BSplinesAreTheSameField) {
+  int turned = 0;
+  for (const char* name : {"battle-lemarie-1", "battle-lemarie-3", "battle-lemarie-3:29"}) {
+    for (const Dims dims : {Dims{7, 12, 9}, Dims{17, 1, 30}, Dims{2, 3, 33}}) {
+      for (const double kept : {1.0, 0.2}) {
+        auto d = transformed(random_volume<double>(dims, 7), name, 2);
+        std::size_t n = 0;
+        double sum = 0;
+        for (auto& band : d.subbands) {
+          for (double& c : band.coefficients) {
+            if (std::fmod(0.618034 * static_cast<double>(n++), 1.0) > kept) c = 0;
+            sum += std::abs(c);
+          }
+        }
+        const Expansion own(d, {.b_splines = false}), splines(d);
+        for (const Band& band : splines.bands()) turned += band.b_splines;
+        for (const Band& band : own.bands()) EXPECT_FALSE(band.b_splines);
+        EXPECT_EQ(own.coefficients(), splines.coefficients());
+        for (int i = 0; i < 60; ++i) {
+          Vec3 p;
+          for (int a = 0; a < 3; ++a) {
+            p[a] = std::fmod(0.754877 * (i + 1) * (a + 1), 1.0) *
+                   static_cast<double>(std::max<std::int64_t>(1, dims[a] - 1));
+          }
+          // Functions are cut where their coefficients fall below 1e-16, B-splines are not: 1e-15 a
+          // coefficient.
+          ASSERT_NEAR(own.value_index(p), splines.value_index(p), 2e-15 * sum)
+              << name << " at " << p.transpose();
+          ASSERT_NEAR((own.gradient_index(p) - splines.gradient_index(p)).norm(), 0, 1e-14 * sum);
+        }
+        std::int64_t bytes = 0;
+        for (const auto& band : splines.bands())
+          bytes += static_cast<std::int64_t>(band.terms.capacity() * sizeof(Term));
+        EXPECT_LE(bytes, splines.planned_bytes());
+      }
+    }
+  }
+  EXPECT_GT(turned, 20);
 }
 
 // Morton order of a line is that of its places, however long: 2^21 and 0 do not fall together.
