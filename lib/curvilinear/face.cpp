@@ -8,32 +8,24 @@ FacePatch face_patch(const Block& block, const Face& face, CellKind kind, double
   // In the order of the solids' own operators, the lower axis first, so that rounding is theirs.
   const std::size_t axis = face.axis;
   const std::size_t first = axis == 0 ? 1 : 0, second = axis == 2 ? 1 : 2;
-  const CurveWeights c1 = curve_weights(face.at[first], block.dims[first], kind, beta);
-  const CurveWeights c2 = curve_weights(face.at[second], block.dims[second], kind, beta);
+  const CurveOperator c1(face.at[first], block.dims[first], kind, beta);
+  const CurveOperator c2(face.at[second], block.dims[second], kind, beta);
   Dims at{face.at[0], face.at[1], face.at[2]};
-  // [sample along second][control point along first]; set throughout, for the compiler's sake
-  std::array<std::array<Vec3, 4>, 4> along;
-  for (auto& row : along) row.fill(Vec3::Zero());
-  std::array<Vec3, 4> samples = along[0];
-  for (int j = 0; j < c2.count; ++j) {
-    at[second] = c2.first + j;
-    for (int i = 0; i < c1.count; ++i) {
-      at[first] = c1.first + i;
+  Vec3 samples[4], b[4], along[4][4];  // [control point along first][sample along second]
+  for (int j = 0; j < c2.count(); ++j) {
+    at[second] = c2.first() + j;
+    for (int i = 0; i < c1.count(); ++i) {
+      at[first] = c1.first() + i;
       samples[i] = block.points[block.offset(at[0], at[1], at[2])];
     }
-    for (int r = 0; r < 4; ++r) {
-      along[j][r] = c1.w[r][0] * samples[0];
-      for (int i = 1; i < c1.count; ++i) along[j][r] += c1.w[r][i] * samples[i];
-    }
+    c1(samples, b);
+    for (int r = 0; r < 4; ++r) along[r][j] = b[r];
   }
   FacePatch patch;
   const bool turned = axis == 1;  // u along z, v along x
-  for (int s = 0; s < 4; ++s) {
-    for (int r = 0; r < 4; ++r) {
-      Vec3& b = patch[static_cast<std::size_t>(turned ? s + 4 * r : r + 4 * s)];
-      b = c2.w[s][0] * along[0][r];
-      for (int j = 1; j < c2.count; ++j) b += c2.w[s][j] * along[j][r];
-    }
+  for (int r = 0; r < 4; ++r) {
+    c2(along[r], b);
+    for (int s = 0; s < 4; ++s) patch[static_cast<std::size_t>(turned ? s + 4 * r : r + 4 * s)] = b[s];
   }
   return patch;
 }

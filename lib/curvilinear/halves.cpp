@@ -44,7 +44,7 @@ std::array<Solid, 2> halves(const Solid& solid, std::size_t axis) {
   return parts;
 }
 
-int axis_to_halve(const Solid& oriented, const Screen& screen) {
+int axis_to_halve(const Solid& oriented, const Screen& screen, double throttle) {
   Eigen::Matrix<double, 4, 3> d;
   const Vec3 centre = oriented(Vec3(0.5, 0.5, 0.5), d).head<3>();
   const Vec3 normal = d.col(0).head<3>().cross(d.col(1).head<3>());
@@ -57,7 +57,7 @@ int axis_to_halve(const Solid& oriented, const Screen& screen) {
   }
   if (!turns) return -1;
   const Extents e = extents(oriented, screen);
-  if (std::max({e.across[0], e.across[1], e.across[2]}) < kLeastPixels) return -1;
+  if (std::max({e.across[0], e.across[1], e.across[2]}) < kLeastPixels * throttle) return -1;
   int worst = -1;
   double largest = 0;
   for (std::size_t a = 0; a < 3; ++a) {

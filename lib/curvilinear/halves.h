@@ -12,8 +12,8 @@ namespace vol::curvilinear {
 /// The axis along which a solid in view coordinates is best halved before its sheets are drawn; -1: none. It
 /// is where sheets (of constant w, the solid being oriented) turn away from the eye somewhere, or nearly:
 /// where at a corner the cosine of the ray with the sheet's normal is below 0.3 of that in the middle. Then
-/// along the axis of the largest bend. A solid of less than kLeastPixels is let be.
-[[nodiscard]] int axis_to_halve(const Solid& oriented, const Screen& screen);
+/// along the axis of the largest bend. A solid of less than kLeastPixels times the throttle is let be.
+[[nodiscard]] int axis_to_halve(const Solid& oriented, const Screen& screen, double throttle);
 inline constexpr double kLeastPixels = 8;
 
 }  // namespace vol::curvilinear

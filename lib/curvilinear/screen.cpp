@@ -18,9 +18,9 @@ Screen::Screen(const camera::Camera& camera)
   }
 }
 
-Solid Screen::view(const Solid& world) const {
-  Solid seen = world;
-  for (Point4& p : seen.b) p.head<3>() = view(Vec3(p.head<3>()));
+Block Screen::view(const Block& world) const {
+  Block seen{world.dims, std::vector<Vec3>(world.points.size()), {}, world.hidden};
+  for (std::size_t n = 0; n < world.points.size(); ++n) seen.points[n] = view(world.points[n]);
   return seen;
 }
 

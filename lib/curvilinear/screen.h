@@ -14,7 +14,8 @@ class Screen {
   explicit Screen(const camera::Camera& camera);
 
   [[nodiscard]] Vec3 view(const Vec3& world) const { return turn_ * (world - eye_) + offset_; }
-  [[nodiscard]] Solid view(const Solid& world) const;
+  /// The points of a block, whose solids are then the block's as seen.
+  [[nodiscard]] Block view(const Block& world) const;
   /// Image position of view coordinates, pixels; pixel (i, j)'s centre is (i + 0.5, j + 0.5).
   [[nodiscard]] Eigen::Vector2d project(const Vec3& v) const {
     if (!perspective_) return v.head<2>();

@@ -72,13 +72,15 @@ class Layers {
       const Eigen::Vector2d image = screen_.project(p.head<3>());
       if (!(image.x() >= 0 && image.x() < band_.width && image.y() >= band_.top && image.y() < band_.bottom))
         continue;
-      Band::Pixel& pixel = band_.at(static_cast<int>(image.x()), static_cast<int>(image.y()));
-      if (pixel.sheet == band_.sheet) {
+      const std::size_t pixel = band_.at(static_cast<int>(image.x()), static_cast<int>(image.y()));
+      if (band_.sheets[pixel] == band_.sheet) {
         ++band_.counts.redundant;
         continue;
       }
-      pixel.sheet = band_.sheet;
-      band_.composite(pixel, table_(static_cast<float>(p[3])), share_);
+      band_.sheets[pixel] = band_.sheet;
+      const TransferTable::Entry& entry = table_(static_cast<float>(p[3]));
+      ++band_.counts.samples;
+      band_.composite(pixel, entry, opacity_of_depth(entry.depth * share_));
     }
   }
 };
@@ -87,6 +89,7 @@ class Layers {
 
 void draw_layers(const Solid& solid, const Screen& screen, const TransferTable& table, double throttle,
                  Band& band) {
+  band.sheets.resize(band.pixels.size());
   const Lattice lattice = Layers<float>::lattice(solid, screen, throttle);
   if (*std::max_element(lattice.steps.begin(), lattice.steps.end()) <= kFloatSteps) {
     Layers<float>(solid, screen, table, throttle, band).draw(solid);

@@ -13,7 +13,8 @@ namespace vol::curvilinear {
 /// 1 - exp(-x) for x >= 0, infinity included; float, relative error some eps.
 inline float opacity_of_depth(float x) {
   if (x < 0.125F) {  // the first term left out is x^7 / 5040, relatively 1e-9
-    return x * (1 - x / 2 * (1 - x / 3 * (1 - x / 4 * (1 - x / 5 * (1 - x / 6)))));
+    constexpr float kThird = 1.0F / 3, kFifth = 1.0F / 5, kSixth = 1.0F / 6;
+    return x * (1 - x * 0.5F * (1 - x * kThird * (1 - x * 0.25F * (1 - x * kFifth * (1 - x * kSixth)))));
   }
   return -std::expm1(-x);
 }
@@ -31,6 +32,13 @@ class TransferTable {
     if (value >= high_) return entries_.back();
     return entries_[1 + static_cast<std::size_t>((value - low_) * scale_)];
   }
+  /// For kernels that look many values up at once: entries()[min(1 + (value - low) scale, last())], but the
+  /// first up to low() and the last from high() on.
+  [[nodiscard]] const Entry* entries() const { return entries_.data(); }
+  [[nodiscard]] std::int32_t last() const { return static_cast<std::int32_t>(entries_.size()) - 1; }
+  [[nodiscard]] float low() const { return low_; }
+  [[nodiscard]] float high() const { return high_; }
+  [[nodiscard]] float scale() const { return scale_; }
 
  private:
   static constexpr int kEntries = 1 << 14;
@@ -40,31 +48,29 @@ class TransferTable {
 
 /// Rows [top, bottom) of the picture while it is drawn, front to back.
 struct Band {
-  struct Pixel {
+  struct alignas(16) Pixel {
     float r = 0, g = 0, b = 0, transmittance = 1;
-    std::int32_t sheet = 0;  ///< the last that drew here
-    std::int32_t samples = 0;
   };
   int width, top, bottom;
   std::vector<Pixel> pixels;
+  std::vector<std::int32_t> samples;  ///< of each pixel
+  std::vector<std::int32_t> sheets;   ///< of each pixel, the last that drew there; of layers only
   std::int32_t sheet = 0;
   SheetCounts counts;
 
-  Band(int image_width, int first, int end)
-      : width(image_width),
-        top(first),
-        bottom(end),
-        pixels(static_cast<std::size_t>(image_width) * static_cast<std::size_t>(end - first)) {}
-  [[nodiscard]] Pixel& at(int x, int y) {
-    return pixels[static_cast<std::size_t>(y - top) * static_cast<std::size_t>(width) +
-                  static_cast<std::size_t>(x)];
+  Band(int image_width, int first, int end) : width(image_width), top(first), bottom(end) {
+    const auto count = static_cast<std::size_t>(image_width) * static_cast<std::size_t>(end - first);
+    pixels.resize(count);
+    samples.resize(count);
   }
-  /// A piece of a sheet over what is in front of it. \param share  of the entry's optical depth
-  void composite(Pixel& pixel, const TransferTable::Entry& entry, float share) {
-    ++counts.samples;
-    ++pixel.samples;
-    if (entry.depth == 0) return;
-    const float weight = pixel.transmittance * opacity_of_depth(entry.depth * share);
+  [[nodiscard]] std::size_t at(int x, int y) const {
+    return static_cast<std::size_t>(y - top) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+  }
+  /// A piece of a sheet over what is in front of it.
+  void composite(std::size_t at, const TransferTable::Entry& entry, float opacity) {
+    ++samples[at];
+    Pixel& pixel = pixels[at];
+    const float weight = pixel.transmittance * opacity;
     pixel.r += weight * entry.r;
     pixel.g += weight * entry.g;
     pixel.b += weight * entry.b;
@@ -90,10 +96,5 @@ struct Extents {
 /// The points of a solid (oriented) by layers, into the rows of a band.
 void draw_layers(const Solid& solid, const Screen& screen, const TransferTable& table, double throttle,
                  Band& band);
-
-/// Its sheets as triangles, with physical thickness. \param depth_scale  1 / reference length in view
-/// coordinates \param value_tolerance  by which values may miss the solid's between points
-void draw_scanned(const Solid& solid, const Screen& screen, const TransferTable& table, double throttle,
-                  double depth_scale, double value_tolerance, Band& band);
 
 }  // namespace vol::curvilinear

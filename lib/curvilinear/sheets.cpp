@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
+#include <optional>
 
 #include "base/error.h"
 #include "base/parallel.h"
 #include "curvilinear/halves.h"
-#include "curvilinear/sheet_parts.h"
+#include "curvilinear/sheet_mesh.h"
 
 namespace vol::curvilinear {
 namespace {
@@ -32,20 +32,19 @@ class Sheets {
  public:
   Sheets(const Grid& grid, const std::vector<std::vector<double>>& values, const camera::Camera& camera,
          const transfer::TransferFunction& transfer, double reference_length, const SheetOptions& options)
-      : camera_(camera),
-        options_(options),
-        screen_(camera),
-        table_(transfer, options.thinned_by),
-        depth_scale_(screen_.world_length() / reference_length) {
+      : camera_(camera), options_(options), screen_(camera), table_(transfer, options.thinned_by) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const Block& block : grid.blocks) blocks_.push_back(screen_.view(block));
     for (std::size_t b = 0; b < grid.blocks.size(); ++b) {
-      solids_.emplace_back(grid.blocks[b], values[b], options.cells, options.beta);
+      solids_.emplace_back(blocks_[b], values[b], options.cells, options.beta);
       for (const double f : values[b]) {
         low = std::min(low, f);
         high = std::max(high, f);
       }
     }
-    value_tolerance_ = 1e-3 * (high - low);
+    constexpr double kValueShare = 1e-3;
+    fineness_ = {options.throttle, kValueShare * options.throttle * (high - low),
+                 screen_.world_length() / reference_length};
     for (std::size_t b = 0; b < solids_.size(); ++b) list(static_cast<std::uint32_t>(b));
     std::vector<Dims> block_cells;
     for (const Block& block : grid.blocks) block_cells.push_back(block.cells());
@@ -56,21 +55,23 @@ class Sheets {
     SheetResult result{
         image::Image(camera_.image_width(), camera_.image_height(), {"R", "G", "B", "A", "samples"}), {}};
     // A pixel's samples come in the order of the cells, whatever the bands and the threads.
-    constexpr std::int64_t kRows = 32;
-    result.counts = parallel_reduce<SheetCounts>(
-        0, camera_.image_height(), kRows,
-        [&](std::int64_t top, std::int64_t bottom) {
-          Band band(camera_.image_width(), static_cast<int>(top), static_cast<int>(bottom));
-          draw(band);
-          store(band, result.image);
-          return band.counts;
-        },
-        [](SheetCounts& sum, const SheetCounts& part) {
-          sum.sheets += part.sheets;
-          sum.points += part.points;
-          sum.samples += part.samples;
-          sum.redundant += part.redundant;
-        });
+    constexpr int kRows = 32;
+    std::vector<Band> bands;
+    for (int top = 0; top < camera_.image_height(); top += kRows) {
+      bands.emplace_back(camera_.image_width(), top, std::min(top + kRows, camera_.image_height()));
+    }
+    if (options_.thickness == Thickness::layers) {
+      each(bands, [&](Band& band) { draw_cells(band); });
+    } else {
+      scan(bands, result.counts);
+    }
+    each(bands, [&](Band& band) { store(band, result.image); });
+    for (const Band& band : bands) {
+      result.counts.sheets += band.counts.sheets;
+      result.counts.points += band.counts.points;
+      result.counts.samples += band.counts.samples;
+      result.counts.redundant += band.counts.redundant;
+    }
     result.counts.cells = static_cast<std::int64_t>(cells_.size());
     result.counts.circles = circles_;
     result.counts.holes = holes(result.image);
@@ -82,14 +83,15 @@ class Sheets {
   const SheetOptions& options_;
   Screen screen_;
   TransferTable table_;
-  double depth_scale_, value_tolerance_ = 0;
+  SheetFineness fineness_{};
+  std::vector<Block> blocks_;  // in view coordinates
   std::vector<Solids> solids_;
   std::vector<VisibleCell> cells_;
   std::int64_t circles_ = 0;
 
   /// The cells of a block that meet the picture.
   void list(std::uint32_t b) {
-    const Block& block = solids_[b].block();
+    const Block& block = blocks_[b];
     std::vector<VisibleCell> all(static_cast<std::size_t>(block.cell_count()));
     constexpr std::int64_t kGrain = 512;
     parallel_for(0, block.cell_count(), kGrain, [&](std::int64_t begin, std::int64_t end) {
@@ -100,11 +102,10 @@ class Sheets {
     }
   }
   [[nodiscard]] VisibleCell examined(std::uint32_t b, std::int64_t number) const {
-    const Block& block = solids_[b].block();
     VisibleCell cell{std::numeric_limits<double>::infinity(), b, number, 0, 0, {}};
-    const Dims place = at(number, block.cells());
-    if (block.is_missing(place)) return cell;
-    const Solid seen = screen_.view(solids_[b](place));
+    const Dims place = at(number, blocks_[b].cells());
+    if (blocks_[b].is_missing(place)) return cell;
+    const Solid seen = solids_[b](place);
     double top = std::numeric_limits<double>::infinity(), bottom = -top, left = top, right = -top;
     for (std::size_t n = 0; n < 64; ++n) {
       const Vec3 p = seen.b[n].head<3>();
@@ -130,37 +131,110 @@ class Sheets {
     cell.bottom = static_cast<int>(std::min(std::floor(std::clamp(bottom, -1.0, height)) + 1, height));
     return cell;
   }
+  [[nodiscard]] Solid solid(const VisibleCell& cell) const {
+    return solids_[cell.block](at(cell.number, blocks_[cell.block].cells()));
+  }
 
-  void draw(Band& band) const {
+  template <class Draw>
+  static void each(std::vector<Band>& bands, const Draw& draw) {
+    parallel_for(0, static_cast<std::int64_t>(bands.size()), 1, [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t n = begin; n < end; ++n) draw(bands[static_cast<std::size_t>(n)]);
+    });
+  }
+  /// By layers.
+  void draw_cells(Band& band) const {
     for (const VisibleCell& cell : cells_) {
       if (cell.bottom <= band.top || cell.top >= band.bottom) continue;
-      const Solids& solids = solids_[cell.block];
-      draw(screen_.view(solids(at(cell.number, solids.block().cells()))), kMostHalvings, band);
+      draw_layers(oriented(solid(cell), screen_), screen_, table_, options_.throttle, band);
     }
   }
-  static constexpr int kMostHalvings = 6;
-  void draw(const Solid& seen, int halvings, Band& band) const {
-    const Solid solid = oriented(seen, screen_);
-    if (options_.thickness == Thickness::layers) {
-      draw_layers(solid, screen_, table_, options_.throttle, band);
-      return;
+
+  /// Some cells, one after another, as sheets of triangles.
+  class Run {
+   public:
+    Run(const Sheets& of, std::size_t begin, std::size_t end) : of_(&of), next_(begin), end_(end) {}
+    SheetMeshes meshes;
+    SheetCounts counts;
+    [[nodiscard]] bool done() const { return next_ == end_ && parts_.empty() && !maker_; }
+    /// Goes on until there are so many vertices.
+    void make(std::size_t budget) {
+      meshes.vertices.clear();
+      meshes.meshes.clear();
+      while (meshes.vertices.size() < budget && !done()) {
+        if (maker_) {
+          counts.points += maker_->make(budget, meshes);
+          counts.sheets += meshes.meshes.back().sheets;
+          if (maker_->done()) maker_.reset();
+        } else {
+          take_part();
+        }
+      }
     }
-    const int axis = halvings > 0 ? axis_to_halve(solid, screen_) : -1;
-    if (axis < 0) {
-      draw_scanned(solid, screen_, table_, options_.throttle, depth_scale_, value_tolerance_, band);
-      return;
+
+   private:
+    struct Part {
+      Solid solid;
+      int halvings;
+    };
+    static constexpr int kMostHalvings = 6;
+    const Sheets* of_;
+    std::size_t next_, end_;
+    std::vector<Part> parts_;  // of a cell, the nearest last
+    std::optional<SheetMaker> maker_;
+
+    void take_part() {
+      const Screen& screen = of_->screen_;
+      if (parts_.empty()) parts_.push_back({of_->solid(of_->cells_[next_++]), kMostHalvings});
+      const Part part{oriented(parts_.back().solid, screen), parts_.back().halvings};
+      parts_.pop_back();
+      const int axis = part.halvings > 0 ? axis_to_halve(part.solid, screen, of_->options_.throttle) : -1;
+      if (axis < 0) {
+        maker_.emplace(part.solid, screen, of_->fineness_);
+        return;
+      }
+      const std::array<Solid, 2> two = halves(part.solid, static_cast<std::size_t>(axis));
+      const std::size_t front = runs_away(part.solid, axis, 0.5, screen) >= 0 ? 0 : 1;
+      parts_.push_back({two[1 - front], part.halvings - 1});
+      parts_.push_back({two[front], part.halvings - 1});
     }
-    const std::array<Solid, 2> parts = halves(solid, static_cast<std::size_t>(axis));
-    const std::size_t front = runs_away(solid, axis, 0.5, screen_) >= 0 ? 0 : 1;
-    draw(parts[front], halvings - 1, band);
-    draw(parts[1 - front], halvings - 1, band);
+  };
+
+  /// By physical thickness: vertices by runs of cells, then triangles by bands, some runs at a time.
+  void scan(std::vector<Band>& bands, SheetCounts& counts) const {
+    constexpr std::size_t kRuns = 64, kMostCells = 64, kVertices = 1 << 14;
+    const std::size_t cells = cells_.size(), length = std::clamp<std::size_t>(cells / kRuns, 1, kMostCells);
+    std::vector<Run> runs;
+    for (std::size_t n = 0; n < cells; n += length) runs.emplace_back(*this, n, std::min(n + length, cells));
+    std::vector<const SheetMeshes*> drawn;
+    for (std::size_t first = 0; first < runs.size();) {
+      const std::size_t last = std::min(first + kRuns, runs.size());
+      parallel_for(static_cast<std::int64_t>(first), static_cast<std::int64_t>(last), 1,
+                   [&](std::int64_t begin, std::int64_t end) {
+                     for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
+                       if (runs[n].meshes.meshes.empty()) runs[n].make(kVertices);
+                     }
+                   });
+      // To the first that has more to come, and what it has so far.
+      std::size_t whole = first;
+      while (whole < last && runs[whole].done()) ++whole;
+      drawn.clear();
+      for (std::size_t n = first; n < std::min(whole + 1, last); ++n) drawn.push_back(&runs[n].meshes);
+      each(bands, [&](Band& band) { scan_sheets(drawn, table_, band); });
+      for (; first < whole; ++first) {
+        counts.sheets += runs[first].counts.sheets;
+        counts.points += runs[first].counts.points;
+        runs[first].meshes = {};
+      }
+      if (whole < last) runs[whole].meshes.meshes.clear();
+    }
   }
-  static void store(Band& band, image::Image& image) {
+  static void store(const Band& band, image::Image& image) {
     for (int y = band.top; y < band.bottom; ++y) {
       for (int x = 0; x < band.width; ++x) {
-        const Band::Pixel& pixel = band.at(x, y);
+        const std::size_t n = band.at(x, y);
+        const Band::Pixel& pixel = band.pixels[n];
         const float channels[5] = {pixel.r, pixel.g, pixel.b, 1 - pixel.transmittance,
-                                   static_cast<float>(pixel.samples)};
+                                   static_cast<float>(band.samples[n])};
         for (int c = 0; c < 5; ++c) image.at(x, y, c) = channels[c];
       }
     }

@@ -81,18 +81,23 @@ Box3 Solid::hull() const {
 
 CurveWeights curve_weights(std::int64_t cell, std::int64_t points, CellKind kind, double beta) {
   CurveWeights c;
+  if (kind == CellKind::trilinear) {
+    c.first = cell;
+    c.count = 2;
+    constexpr double kThird[4] = {0, 1.0 / 3, 2.0 / 3, 1};
+    for (int r = 0; r < 4; ++r) {
+      c.w[r][0] = kThird[3 - r];
+      c.w[r][1] = kThird[r];
+    }
+    return c;
+  }
   c.first = std::clamp<std::int64_t>(cell - 1, 0, std::max<std::int64_t>(0, points - 4));
   c.count = static_cast<int>(std::min<std::int64_t>(4, points));
   const std::int64_t at = cell - c.first;
   c.w[0][at] = c.w[1][at] = 1;
   c.w[2][at + 1] = c.w[3][at + 1] = 1;
-  if (kind == CellKind::trilinear) {
-    c.w[1][at] = c.w[2][at + 1] = 2.0 / 3;
-    c.w[1][at + 1] = c.w[2][at] = 1.0 / 3;
-  } else {
-    add_derivative(c.w[1], cell, points, c.first, beta / 3);
-    add_derivative(c.w[2], cell + 1, points, c.first, -beta / 3);
-  }
+  add_derivative(c.w[1], cell, points, c.first, beta / 3);
+  add_derivative(c.w[2], cell + 1, points, c.first, -beta / 3);
   return c;
 }
 
@@ -105,39 +110,35 @@ Solids::Solids(const Block& block, std::span<const double> values, CellKind kind
 }
 
 Solid Solids::operator()(const Dims& cell) const {
-  CurveWeights c[3];
-  for (std::size_t a = 0; a < 3; ++a) c[a] = curve_weights(cell[a], block_->dims[a], kind_, beta_);
-  const int nx = c[0].count, ny = c[1].count, nz = c[2].count;
-  Point4 samples[4], along_x[4][4][4], along_y[4][4][4];  // [z][y][x]
+  const auto along = [&](std::size_t a) { return CurveOperator(cell[a], block_->dims[a], kind_, beta_); };
+  const CurveOperator c[3] = {along(0), along(1), along(2)};
+  const int nx = c[0].count(), ny = c[1].count(), nz = c[2].count();
+  Point4 samples[4], along_x[4][4][4], along_y[4][4][4];  // [z][x][y], [y][x][z]
   for (int k = 0; k < nz; ++k) {
     for (int j = 0; j < ny; ++j) {
-      const std::size_t row = block_->offset(c[0].first, c[1].first + j, c[2].first + k);
+      const std::size_t row = block_->offset(c[0].first(), c[1].first() + j, c[2].first() + k);
       for (int i = 0; i < nx; ++i) {
         const std::size_t n = row + static_cast<std::size_t>(i);
         samples[i] << block_->points[n], values_.empty() ? 0.0 : values_[n];
       }
-      for (int r = 0; r < 4; ++r) {
-        along_x[k][j][r] = c[0].w[r][0] * samples[0];
-        for (int i = 1; i < nx; ++i) along_x[k][j][r] += c[0].w[r][i] * samples[i];
-      }
+      Point4 b[4];
+      c[0](samples, b);
+      for (int r = 0; r < 4; ++r) along_x[k][r][j] = b[r];
     }
   }
   for (int k = 0; k < nz; ++k) {
-    for (int s = 0; s < 4; ++s) {
-      for (int r = 0; r < 4; ++r) {
-        along_y[k][s][r] = c[1].w[s][0] * along_x[k][0][r];
-        for (int j = 1; j < ny; ++j) along_y[k][s][r] += c[1].w[s][j] * along_x[k][j][r];
-      }
+    for (int r = 0; r < 4; ++r) {
+      Point4 b[4];
+      c[1](along_x[k][r], b);
+      for (int s = 0; s < 4; ++s) along_y[s][r][k] = b[s];
     }
   }
   Solid solid;
-  for (int t = 0; t < 4; ++t) {
-    for (int s = 0; s < 4; ++s) {
-      for (int r = 0; r < 4; ++r) {
-        Point4& b = solid.b[static_cast<std::size_t>(r + 4 * (s + 4 * t))];
-        b = c[2].w[t][0] * along_y[0][s][r];
-        for (int k = 1; k < nz; ++k) b += c[2].w[t][k] * along_y[k][s][r];
-      }
+  for (std::size_t s = 0; s < 4; ++s) {
+    for (std::size_t r = 0; r < 4; ++r) {
+      Point4 b[4];
+      c[2](along_y[s][r], b);
+      for (std::size_t t = 0; t < 4; ++t) solid.b[r + 4 * (s + 4 * t)] = b[t];
     }
   }
   return solid;

@@ -41,6 +41,38 @@ struct CurveWeights {
 };
 [[nodiscard]] CurveWeights curve_weights(std::int64_t cell, std::int64_t points, CellKind kind, double beta);
 
+/// curve_weights() at work. Inner cells of tricubic solids, which are most, go by their two differences alone;
+/// solids and faces both use it, so that their points are the same to the bit.
+class CurveOperator {
+ public:
+  CurveOperator(std::int64_t cell, std::int64_t points, CellKind kind, double beta)
+      : weights_(curve_weights(cell, points, kind, beta)),
+        inner_(kind == CellKind::tricubic && cell > 0 && cell + 2 < points),
+        offset_(beta / 6) {}
+  [[nodiscard]] std::int64_t first() const { return weights_.first; }
+  [[nodiscard]] int count() const { return weights_.count; }
+  /// \param p  count() samples from first() on
+  template <class Point>
+  void operator()(const Point* p, Point (&b)[4]) const {
+    if (inner_) {
+      b[0] = p[1];
+      b[1] = p[1] + offset_ * (p[2] - p[0]);
+      b[2] = p[2] - offset_ * (p[3] - p[1]);
+      b[3] = p[2];
+      return;
+    }
+    for (int r = 0; r < 4; ++r) {
+      b[r] = weights_.w[r][0] * p[0];
+      for (int i = 1; i < weights_.count; ++i) b[r] += weights_.w[r][i] * p[i];
+    }
+  }
+
+ private:
+  CurveWeights weights_;
+  bool inner_;
+  double offset_;
+};
+
 /// The solids of a block. The curve operator along i, then j, then k: the tensor product, which gives the
 /// mixed terms of the paper with their right signs (beta^2/36 (P++ - P-+ - P+- + P--)). Faces, edges and
 /// corners of neighbours have the same control points to the bit. Refers to block and values, which must live
