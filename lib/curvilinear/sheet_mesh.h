@@ -6,20 +6,22 @@
 #include "curvilinear/forward_difference.h"
 #include "curvilinear/sheet_parts.h"
 
-// Private to lib/curvilinear: sheets as triangles between points of forward differences.
+// Private to lib/curvilinear: sheets of physical thickness.
 namespace vol::curvilinear {
 
-/// A point of a sheet in the picture, in pixels, with the light's way through the sheet there in reference
-/// lengths.
+/// A point of a surface of constant w in the picture, in pixels, with its distance along the ray in reference
+/// lengths, from any origin of its solid.
 struct SheetVertex {
   double x, y;
-  float value, depth;
+  float depth, value;
 };
 
-/// Sheets of a solid, front to back: vertices[first + column + columns (row + rows sheet)].
+/// Surfaces of constant w of a solid, front to back: vertices[first + column + columns (row + rows surface)].
+/// Between each and the next lies a sheet.
 struct SheetMesh {
-  int columns, rows, sheets;
+  int columns, rows, surfaces;
   std::size_t first;
+  bool starts, ends;  ///< else the solid's earlier surfaces came before, the last of them here again
   double left, right, top, bottom;  ///< of the vertices, pixels
 };
 
@@ -35,46 +37,35 @@ struct SheetFineness {
   double depth_scale;      ///< reference lengths of a unit of view coordinates
 };
 
-/// Makes the sheets of a solid (oriented) one after another. Each is the surface in the middle between its two
-/// faces, w = (i + 1/2) / n, by its points, and carries the length between the faces along the ray.
-///
-/// Between points chords miss the solid by a twentieth of the throttle's pixels at most, and values by the
-/// tolerance. Light crosses the slab of normal N and way across s, from face to face along w, by
-/// |s . N| / |d . N|, d its direction; but no solid by more than its size.
+/// Makes the surfaces between the sheets of a solid (oriented) one after another, w = i / n, by their points.
+/// Chords between points miss the solid by a twentieth of the throttle's pixels at most, and values by the
+/// tolerance.
 class SheetMaker {
  public:
   SheetMaker(const Solid& solid, const Screen& screen, const SheetFineness& fineness);
 
-  [[nodiscard]] bool done() const { return made_ == sheets_; }
-  /// Sheets until there are `budget` vertices or all are made; one at least. \returns how many points that took
+  [[nodiscard]] bool done() const { return made_ == lattice_.counts[2]; }
+  /// Surfaces until there are `budget` vertices or all are made; a sheet at least. \returns the points it took
   std::int64_t make(std::size_t budget, SheetMeshes& meshes);
 
  private:
-  template <class T>
-  class Planes {
-   public:
-    Planes(const Solid& solid, const Point4& origin, const Lattice& lattice);
-    /// The next sheet's vertices, appended.
-    void next(const SheetMaker& maker, std::vector<SheetVertex>& vertices);
-
-   private:
-    using Point = typename ForwardDifferences<T>::Point;
-    ForwardDifferences<T> f_;
-    std::vector<Point> front_, middle_, back_;
-    std::vector<Vec3> normals_;
-    void read(std::vector<Point>& points);
-  };
-
   const Screen& screen_;
-  double depth_scale_, longest_;
+  double depth_scale_, origin_distance_;
   Point4 origin_;
   Lattice lattice_;
-  int sheets_, made_ = 0;
-  std::variant<std::monostate, Planes<float>, Planes<double>> planes_;
+  int made_ = 0;
+  std::variant<std::monostate, ForwardDifferences<float>, ForwardDifferences<double>> differences_;
+  std::vector<SheetVertex> last_;  ///< surface of the mesh before
+
+  template <class T>
+  void append_surface(ForwardDifferences<T>& f, std::vector<SheetVertex>& vertices) const;
+  [[nodiscard]] double distance(const Vec3& view) const;
 };
 
-/// Draws sheets into the rows of a band by scan conversion, in their order: the pixels whose centres lie in a
-/// triangle, neighbours' neither twice nor never; value and depth linear over it.
+/// Draws sheets into the rows of a band by scan conversion, in their order. A sheet is the closed polyhedron of
+/// triangles between two surfaces and along the solid's sides; a ray through a pixel's centre goes through it
+/// from triangle to triangle, neighbours' edges met neither twice nor never. So lengths are those of the
+/// polyhedron, at silhouettes too. A sheet's value on a ray is the mean of the two ends'.
 void scan_sheets(std::span<const SheetMeshes* const> meshes, const TransferTable& table, Band& band);
 
 }  // namespace vol::curvilinear

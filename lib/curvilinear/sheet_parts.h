@@ -4,6 +4,7 @@
 #include <limits>
 #include <vector>
 
+#include "base/buffer.h"
 #include "curvilinear/screen.h"
 #include "curvilinear/sheets.h"
 
@@ -56,6 +57,12 @@ struct Band {
   std::vector<std::int32_t> samples;  ///< of each pixel
   std::vector<std::int32_t> sheets;   ///< of each pixel, the last that drew there; of layers only
   std::int32_t sheet = 0;
+  /// Where a pixel's ray is inside the solid that is drawn: the last surface it met. Of physical thickness only.
+  struct Inside {
+    Buffer<float> depth, value;
+    Buffer<std::int32_t> solid;  ///< number of the solid; another: not inside
+  } inside;
+  std::int32_t solid = 0;
   SheetCounts counts;
 
   Band(int image_width, int first, int end) : width(image_width), top(first), bottom(end) {

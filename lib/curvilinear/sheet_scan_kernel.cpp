@@ -32,33 +32,51 @@ struct Ramp {
   }
 };
 
-/// Pieces of sheets on their way into the picture: many are looked up at once, then composited in their order.
+/// What a ray's crossing of a triangle means: a surface between two sheets, the solid's last surface, or a
+/// side, by which it enters or leaves.
+enum class Crossing { surface, end, side };
+
+/// Stretches of rays through sheets on their way into the picture: many are looked up at once, then composited
+/// in their order.
 class Fragments {
  public:
   Fragments(const TransferTable& table, Band& band) : table_(table), band_(band) {
     std::fill(std::begin(value_), std::end(value_), 0.0F);
-    std::fill(std::begin(depth_), std::end(depth_), 0.0F);
+    std::fill(std::begin(length_), std::end(length_), 0.0F);
   }
 
-  /// Pixels [from, from + count) of the band.
-  HWY_INLINE void add(std::size_t from, int count, Ramp value, Ramp depth) {
+  /// Rays through the pixels [from, from + count) of the band meet a triangle. Those that were inside end a
+  /// stretch here, of the depth between; in which order a sheet's sides are met plays no part.
+  template <Crossing kCrossing>
+  HWY_INLINE void meet(std::size_t from, int count, const Ramp& value, const Ramp& depth) {
     const DF d;
     const DI di;
-    while (count > 0) {
-      if (count_ == kMost) flush();
-      const int some = std::min(count, kMost - count_);
-      const int lanes = static_cast<int>(hn::Lanes(d));
-      for (int k = 0; k < some; k += lanes) {  // may write beyond, what is written again or not read
-        const F at = hn::Iota(d, static_cast<float>(k));
-        hn::StoreU(value(at), d, value_ + count_ + k);
-        hn::StoreU(depth(at), d, depth_ + count_ + k);
-        hn::StoreU(hn::Iota(di, static_cast<std::int32_t>(from) + k), di, pixel_ + count_ + k);
+    const int lanes = static_cast<int>(hn::Lanes(d));
+    const I solid = hn::Set(di, band_.solid), none = hn::Zero(di);
+    for (int k = 0; k < count; k += lanes) {
+      if (count_ > kMost - lanes) flush();
+      const std::size_t at = from + static_cast<std::size_t>(k);
+      const F pixels = hn::Iota(d, static_cast<float>(k));
+      const F z = depth(pixels), f = value(pixels);
+      const auto here = hn::FirstN(d, static_cast<std::size_t>(count - k));
+      const auto here_i = hn::RebindMask(di, here);
+      // Reads and writes stay within the padding behind the band.
+      const auto inside = hn::And(here_i, hn::Eq(hn::LoadU(di, &band_.inside.solid[at]), solid));
+      const F length = hn::Abs(hn::Sub(z, hn::LoadU(d, &band_.inside.depth[at])));
+      const F mean = hn::Mul(hn::Set(d, 0.5F), hn::Add(f, hn::LoadU(d, &band_.inside.value[at])));
+      if constexpr (kCrossing != Crossing::end) {
+        hn::BlendedStore(z, here, d, &band_.inside.depth[at]);
+        hn::BlendedStore(f, here, d, &band_.inside.value[at]);
       }
-      count_ += some;
-      count -= some;
-      from += static_cast<std::size_t>(some);
-      value.start += static_cast<float>(some) * value.step;
-      depth.start += static_cast<float>(some) * depth.step;
+      I next = none;
+      if constexpr (kCrossing == Crossing::surface) next = solid;
+      if constexpr (kCrossing == Crossing::side) next = hn::IfThenElse(inside, none, solid);
+      hn::BlendedStore(next, here_i, di, &band_.inside.solid[at]);
+      const auto ends = hn::RebindMask(d, inside);
+      hn::CompressBlendedStore(mean, ends, d, value_ + count_);
+      hn::CompressBlendedStore(length, ends, d, length_ + count_);
+      count_ += static_cast<int>(hn::CompressBlendedStore(hn::Iota(di, static_cast<std::int32_t>(at)), inside, di,
+                                                          pixel_ + count_));
     }
   }
 
@@ -70,16 +88,16 @@ class Fragments {
     const I last = hn::Set(di, table_.last()), first = hn::Zero(di), one = hn::Set(di, 1);
     const F minus_log2e = hn::Set(d, -1.44269504088896341F);
     for (int k = 0; k < count_; k += static_cast<int>(hn::Lanes(d))) {
-      const F value = hn::Load(d, value_ + k), depth = hn::Load(d, depth_ + k);
+      const F value = hn::Load(d, value_ + k), length = hn::Load(d, length_ + k);
       I entry = hn::Add(hn::ConvertTo(di, hn::Mul(hn::Sub(value, low), scale)), one);
       entry = hn::Max(hn::Min(entry, last), first);
       entry = hn::IfThenElse(hn::RebindMask(di, hn::Ge(value, high)), last, entry);
       entry = hn::IfThenElse(hn::RebindMask(di, hn::Gt(value, low)), entry, first);
       hn::Store(entry, di, entry_ + k);
       const F thick = hn::GatherIndex(d, depths, hn::ShiftLeft<2>(entry));
-      const F opacity = render::HWY_NAMESPACE::one_minus_exp2(hn::Mul(hn::Mul(thick, depth), minus_log2e));
+      const F opacity = render::HWY_NAMESPACE::one_minus_exp2(hn::Mul(hn::Mul(thick, length), minus_log2e));
       // Of an opaque value over no length the product is none.
-      hn::Store(hn::IfThenElseZero(hn::Gt(depth, hn::Zero(d)), opacity), d, opacity_ + k);
+      hn::Store(hn::IfThenElseZero(hn::Gt(length, hn::Zero(d)), opacity), d, opacity_ + k);
     }
     for (int k = 0; k < count_; ++k) {
       band_.composite(static_cast<std::size_t>(pixel_[k]), table_.entries()[entry_[k]], opacity_[k]);
@@ -93,7 +111,7 @@ class Fragments {
   const TransferTable& table_;
   Band& band_;
   int count_ = 0;
-  HWY_ALIGN float value_[kMost + HWY_MAX_BYTES], depth_[kMost + HWY_MAX_BYTES], opacity_[kMost + HWY_MAX_BYTES];
+  HWY_ALIGN float value_[kMost + HWY_MAX_BYTES], length_[kMost + HWY_MAX_BYTES], opacity_[kMost + HWY_MAX_BYTES];
   HWY_ALIGN std::int32_t pixel_[kMost + HWY_MAX_BYTES], entry_[kMost + HWY_MAX_BYTES];
 };
 
@@ -108,20 +126,33 @@ struct Edge {
 
 class Scan {
  public:
-  Scan(const TransferTable& table, Band& band) : band_(band), fragments_(table, band) {}
+  Scan(const TransferTable& table, Band& band) : band_(band), fragments_(table, band) {
+    // A vector at the last pixel reaches beyond.
+    const std::size_t size = band.pixels.size() + hn::Lanes(DF());
+    if (band.inside.solid.size() == size) return;
+    band.inside.depth.assign(size, 0);
+    band.inside.value.assign(size, 0);
+    band.inside.solid.assign(size, 0);
+  }
 
   void draw(const SheetMesh& mesh, const SheetVertex* vertices) {
+    if (mesh.starts) ++band_.solid;
     if (mesh.bottom <= band_.top || mesh.top >= band_.bottom || is_between_centres(mesh)) return;
     const auto columns = static_cast<std::size_t>(mesh.columns), rows = static_cast<std::size_t>(mesh.rows);
-    for (std::size_t w = 0; w < static_cast<std::size_t>(mesh.sheets); ++w) {
-      const SheetVertex* sheet = vertices + mesh.first + columns * rows * w;
-      for (std::size_t v = 0; v + 1 < rows; ++v) {
-        for (std::size_t u = 0; u + 1 < columns; ++u) {
-          const SheetVertex* a = sheet + u + columns * v;
-          draw_triangle(a[0], a[1], a[columns]);
-          draw_triangle(a[1], a[columns], a[columns + 1]);
-        }
+    const SheetVertex* front = vertices + mesh.first;
+    if (mesh.starts) draw_surface<Crossing::surface>(front, columns, rows);
+    for (int w = 1; w < mesh.surfaces; ++w) {
+      const SheetVertex* back = front + columns * rows;
+      draw_side(front, back, 1, columns);
+      draw_side(front + columns * (rows - 1), back + columns * (rows - 1), 1, columns);
+      draw_side(front, back, columns, rows);
+      draw_side(front + columns - 1, back + columns - 1, columns, rows);
+      if (mesh.ends && w + 1 == mesh.surfaces) {
+        draw_surface<Crossing::end>(back, columns, rows);
+      } else {
+        draw_surface<Crossing::surface>(back, columns, rows);
       }
+      front = back;
     }
   }
   void finish() { fragments_.flush(); }
@@ -137,6 +168,25 @@ class Scan {
     return a.y < b.y || (a.y == b.y && a.x < b.x);
   }
 
+  template <Crossing kCrossing>
+  void draw_surface(const SheetVertex* vertices, std::size_t columns, std::size_t rows) {
+    for (std::size_t v = 0; v + 1 < rows; ++v) {
+      for (std::size_t u = 0; u + 1 < columns; ++u) {
+        const SheetVertex* a = vertices + u + columns * v;
+        draw_triangle<kCrossing>(a[0], a[1], a[columns]);
+        draw_triangle<kCrossing>(a[1], a[columns], a[columns + 1]);
+      }
+    }
+  }
+  /// Between the edges of two surfaces.
+  void draw_side(const SheetVertex* front, const SheetVertex* back, std::size_t stride, std::size_t count) {
+    for (std::size_t n = 0; n + 1 < count; ++n, front += stride, back += stride) {
+      draw_triangle<Crossing::side>(front[0], front[stride], back[0]);
+      draw_triangle<Crossing::side>(front[stride], back[0], back[stride]);
+    }
+  }
+
+  template <Crossing kCrossing>
   HWY_INLINE void draw_triangle(const SheetVertex& a, const SheetVertex& b, const SheetVertex& c) {
     const SheetVertex *p = &a, *q = &b, *r = &c;
     if (is_above(*q, *p)) std::swap(p, q);
@@ -162,7 +212,7 @@ class Scan {
                 to = static_cast<int>(std::ceil(std::min(right - 0.5, static_cast<double>(band_.width))));
       if (from >= to) continue;
       const double x = from + 0.5 - p->x, down = row - p->y;
-      fragments_.add(band_.at(from, y), to - from, value.ramp(x, down), depth.ramp(x, down));
+      fragments_.meet<kCrossing>(band_.at(from, y), to - from, value.ramp(x, down), depth.ramp(x, down));
     }
   }
 

@@ -163,7 +163,7 @@ class Sheets {
       while (meshes.vertices.size() < budget && !done()) {
         if (maker_) {
           counts.points += maker_->make(budget, meshes);
-          counts.sheets += meshes.meshes.back().sheets;
+          counts.sheets += meshes.meshes.back().surfaces - 1;
           if (maker_->done()) maker_.reset();
         } else {
           take_part();
