@@ -47,13 +47,13 @@ Lattice surfaces(const Solid& solid, const Point4& centre, const Screen& screen,
   const Extents e = extents(solid, screen);
   const std::array<double, 3> pieces = flat_pieces(solid, centre, screen, fineness);
   Lattice lattice;
-  for (std::size_t a = 0; a < 2; ++a) {
+  for (std::size_t a = 0; a < 3; ++a) {
     // Pieces of less than a pixel show no more.
+    const double extent = a < 2 ? e.across[a] : e.length[a];
     lattice.steps[a] =
-        step_count(std::min(std::max(pieces[a], e.across[a] / screen.linear_pixels()), e.across[a]), 1);
+        step_count(std::min(std::max(pieces[a], e.across[a] / screen.linear_pixels()), extent), 1);
   }
-  lattice.steps[2] = std::max(step_count(e.length[2], fineness.throttle),
-                              step_count(std::min(pieces[2], e.length[2]), 1));
+  lattice.steps[2] = std::max(lattice.steps[2], step_count(e.length[2], fineness.throttle));
   for (std::size_t a = 0; a < 3; ++a) lattice.counts[a] = lattice.steps[a] + 1;
   return lattice;
 }

@@ -1,6 +1,8 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string_view>
 #include <vector>
 
 #include "base/parallel.h"
@@ -11,90 +13,89 @@
 
 namespace vol::curvilinear {
 
-/// A homogeneous medium in a phantom grid, as a view of it sees it: opacity 1 - exp(-L) where light goes a
-/// length L inside.
-struct Homogeneous {
-  Grid grid;
-  std::vector<std::vector<double>> values;
-  camera::Camera camera;
-  std::vector<double> lengths;  ///< of the pixels' rays, by SolidRays
-  double longest = 0;
+/// Relative errors of optical depth over the pixels whose chord exceeds a tenth of the longest.
+struct ChordErrors {
+  double rms = 0, largest = 0, mean = 0;
+  int pixels = 0;
+};
 
-  Homogeneous(const char* phantom, const Dims& dims, camera::View view, int size)
-      : grid(make_phantom(phantom, dims, "constant", 1)),
-        camera(view, grid.bounds().centre(), grid.bounds().size().maxCoeff(), size, size),
-        lengths(static_cast<std::size_t>(size) * static_cast<std::size_t>(size)) {
-    for (const Block& block : grid.blocks) values.emplace_back(block.points.size(), 0.0);
-    const SolidRays rays(grid, values, CellKind::tricubic, 1);
+/// A homogeneous medium in a phantom grid as a camera sees it, with the length of every pixel's ray inside the
+/// grid's tricubic solids, by SolidRays.
+class Homogeneous {
+ public:
+  Homogeneous(std::string_view phantom, const Dims& dims, const camera::View& view, int size)
+      : grid_(make_phantom(phantom, dims, "constant", 1)),
+        camera_(view, grid_.bounds().centre(), grid_.bounds().size().maxCoeff(), size, size),
+        values_{std::vector<double>(grid_.blocks[0].points.size(), 0.0)},
+        lengths_(static_cast<std::size_t>(size) * static_cast<std::size_t>(size)) {
+    const SolidRays rays(grid_, values_, CellKind::tricubic, 1);
     parallel_for(0, size, 1, [&](std::int64_t top, std::int64_t bottom) {
       RayScratch scratch;
       std::vector<RaySegment> segments;
       for (std::int64_t y = top; y < bottom; ++y) {
         for (int x = 0; x < size; ++x) {
-          rays.segments(camera.ray(x + 0.5, static_cast<double>(y) + 0.5),
-                        -std::numeric_limits<double>::infinity(), scratch, segments);
-          double& length = lengths[static_cast<std::size_t>(y * size + x)];
+          rays.segments(camera_.ray(x + 0.5, static_cast<double>(y) + 0.5), -std::numeric_limits<double>::infinity(), scratch,
+                        segments);
+          double& length = lengths_[static_cast<std::size_t>(y * size + x)];
           for (const RaySegment& s : segments) length += s.t1 - s.t0;
         }
       }
     });
-    for (const double l : lengths) longest = std::max(longest, l);
+    longest_ = *std::max_element(lengths_.begin(), lengths_.end());
   }
 
+  /// Physical: optical depth 2 along the longest chord. Layers: 2 for as many cells as the grid's longest axis
+  /// has.
   [[nodiscard]] SheetResult draw(Thickness thickness, double throttle) const {
     SheetOptions options;
     options.thickness = thickness;
     options.throttle = throttle;
-    // Opacity 1 - 1/e a reference length, or a cell.
-    const transfer::TransferFunction medium({{0, Vec3(1, 1, 1)}}, {{0, -std::expm1(-1.0)}});
-    return draw_sheets(grid, values, camera, medium, reference_length(), options);
+    const Dims cells = grid_.blocks[0].cells();
+    const auto most = static_cast<double>(*std::max_element(cells.begin(), cells.end()));
+    const double depth = thickness == Thickness::physical ? kDepth : kDepth / most;
+    const transfer::TransferFunction medium({{0, Vec3(1, 1, 1)}}, {{0, -std::expm1(-depth)}});
+    return draw_sheets(grid_, values_, camera_, medium, longest_, options);
   }
-  /// Optical depth of the longest chord is 2.
-  [[nodiscard]] double reference_length() const { return longest / 2; }
-};
 
-/// Relative errors of optical depth over the pixels whose chord exceeds a tenth of the longest.
-struct ChordErrors {
-  double rms = 0, largest = 0, mean = 0;
-  int pixels = 0, x = 0, y = 0;  ///< where the largest is
-};
-
-/// \param per_length  optical depth that a unit of length has; 0: that which fits best (least squares of the
-/// relative errors), for sheets whose opacity follows no length
-inline ChordErrors chord_errors(const Homogeneous& medium, const image::Image& image, double per_length) {
-  ChordErrors found;
-  const auto each = [&](const auto& visit) {
-    for (int y = 0; y < image.height; ++y) {
-      for (int x = 0; x < image.width; ++x) {
-        const double l = medium.lengths[static_cast<std::size_t>(y * image.width + x)];
-        if (l <= 0.1 * medium.longest) continue;
-        visit(x, y, -std::log1p(-static_cast<double>(image.at(x, y, 3))) / l);
+  /// By layers, opacity follows no length: against the extinction that fits best, by least squares of the
+  /// relative errors; what is left is the glow.
+  [[nodiscard]] ChordErrors errors(const image::Image& image, Thickness thickness) const {
+    std::vector<double> ratios;  // of optical depth to length
+    for (std::size_t n = 0; n < lengths_.size(); ++n) {
+      if (lengths_[n] <= 0.1 * longest_) continue;
+      ratios.push_back(-std::log1p(-static_cast<double>(image.pixels[n * image.channels.size() + 3])) /
+                       lengths_[n]);
+    }
+    double extinction = kDepth / longest_;
+    if (thickness == Thickness::layers) {
+      // sum (q / k - 1)^2 is least at k = sum q^2 / sum q.
+      double squares = 0, sum = 0;
+      for (const double q : ratios) {
+        squares += q * q;
+        sum += q;
       }
+      extinction = squares / sum;
     }
-  };
-  if (per_length == 0) {
-    // Least squares of q / k - 1 over all q: k = sum q^2 / sum q.
-    double squares = 0, sum = 0;
-    each([&](int, int, double q) {
-      squares += q * q;
-      sum += q;
-    });
-    per_length = squares / sum;
+    ChordErrors found;
+    for (const double q : ratios) {
+      const double e = q / extinction - 1;
+      found.rms += e * e;
+      found.mean += e;
+      if (std::abs(e) > std::abs(found.largest)) found.largest = e;
+    }
+    found.pixels = static_cast<int>(ratios.size());
+    found.rms = std::sqrt(found.rms / found.pixels);
+    found.mean /= found.pixels;
+    return found;
   }
-  each([&](int x, int y, double q) {
-    const double e = q / per_length - 1;
-    found.rms += e * e;
-    found.mean += e;
-    ++found.pixels;
-    if (std::abs(e) > std::abs(found.largest)) {
-      found.largest = e;
-      found.x = x;
-      found.y = y;
-    }
-  });
-  found.rms = std::sqrt(found.rms / found.pixels);
-  found.mean /= found.pixels;
-  return found;
-}
+
+ private:
+  static constexpr double kDepth = 2;
+  Grid grid_;
+  camera::Camera camera_;
+  std::vector<std::vector<double>> values_;
+  std::vector<double> lengths_;
+  double longest_ = 0;
+};
 
 }  // namespace vol::curvilinear

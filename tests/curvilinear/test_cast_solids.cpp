@@ -9,7 +9,6 @@
 #include "camera/camera.h"
 #include "curvilinear/cast_solids.h"
 #include "curvilinear/phantom.h"
-#include "ray_oracle.h"
 
 namespace vol::curvilinear {
 namespace {
@@ -54,42 +53,6 @@ camera::Ray ray_of(const render::Scene& scene, const Grid& grid, const render::R
 constexpr double kOpacity = 0.37;
 /// Of a pixel: float channels of up to 1 are rounded by 6e-8.
 constexpr double kFloat = 1e-7;
-
-// 1 - exp(-sigma L) in every pixel, L the length within the grid's own solids by extended precision.
-TEST(CastSolids, HomogeneousMediumIsBeersLaw) {
-  struct Case {
-    const char* name;
-    Dims dims;
-    CellKind kind;
-  };
-  constexpr Case kCases[] = {{"twisted-box", {4, 3, 6}, CellKind::tricubic},
-                             {"sheared-box", {3, 4, 2}, CellKind::tricubic},
-                             {"c-grid", {9, 3, 4}, CellKind::tricubic},
-                             {"c-grid", {9, 3, 4}, CellKind::trilinear}};
-  for (const Case& c : kCases) {
-    const Grid grid = make_phantom(c.name, c.dims, "constant", 1);
-    const Values values = sampled(grid, [](const Vec3&) { return 0.5; });
-    const SolidRays rays(grid, values, c.kind, 1);
-    const render::Scene scene = white(kOpacity, kOpacity);
-    const auto options = square(18);
-    const auto picture = cast_solids(rays, scene, options).image;
-    int compared = 0, seen = 0;
-    for (int y = 0; y < options.height; ++y) {
-      for (int x = 0; x < options.width; ++x) {
-        int open = 0;
-        const double length = length_by_cells(grid, c.kind, ray_of(scene, grid, options, x, y), open);
-        if (open != 0) continue;
-        ++compared;
-        seen += length > 0;
-        const double expected = -std::expm1(length * std::log1p(-kOpacity));
-        EXPECT_NEAR(picture.at(x, y, 0), expected, kFloat) << c.name << ' ' << x << ' ' << y;
-        EXPECT_NEAR(picture.at(x, y, 3), expected, kFloat) << c.name << ' ' << x << ' ' << y;
-      }
-    }
-    EXPECT_GT(compared, 18 * 18 - 10) << c.name;
-    EXPECT_GT(seen, 40) << c.name;
-  }
-}
 
 // The sheared box is an affine map, which both kinds of cells reproduce: the chord of a parallelepiped in
 // closed form; perspective too, and with the eye inside.
