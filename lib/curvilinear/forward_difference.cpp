@@ -37,16 +37,33 @@ ForwardDifferences<T>::ForwardDifferences(const Solid& solid, const Point4& orig
   std::array<Point4, 64> g;
   for (std::size_t n = 0; n < 64; ++n) g[n] = solid.b[n] - origin;
   for (std::size_t axis = 0, stride = 1; axis < 3; ++axis, stride *= 4) {
+    const double first = lattice.first[static_cast<int>(axis)];
+    const bool ends = lattice.steps[axis] == 1 && first == 0 && lattice.counts[axis] <= 2;
     for (std::size_t n = 0; n < 64; ++n) {
-      if (n / stride % 4 != 0) continue;
+      // Where the differences along an axis before are 0, all are.
+      if (n / stride % 4 != 0 || (axis > 0 && n % 4 >= orders_[0]) || (axis > 1 && n / 4 % 4 >= orders_[1]))
+        continue;
+      if (ends) {
+        g[n + stride] = g[n + 3 * stride] - g[n];
+        continue;
+      }
       Point4 d[4];
-      differences(g[n], g[n + stride], g[n + 2 * stride], g[n + 3 * stride],
-                  lattice.first[static_cast<int>(axis)], lattice.steps[axis], d);
+      differences(g[n], g[n + stride], g[n + 2 * stride], g[n + 3 * stride], first, lattice.steps[axis], d);
       for (std::size_t r = 0; r < 4; ++r) g[n + r * stride] = d[r];
     }
+    if (ends) orders_[axis] = 2;
   }
-  for (std::size_t n = 0; n < 16; ++n) {
-    for (std::size_t k = 0; k < 4; ++k) d_[n].d[k] = g[n + 16 * k].array().template cast<T>();
+  for (std::size_t j = 0; j < orders_[1]; ++j) {
+    for (std::size_t i = 0; i < orders_[0]; ++i) {
+      Differences<T>& along_w = d_[i + 4 * j];
+      for (std::size_t k = 0; k < 4; ++k) {
+        if (k < orders_[2]) {
+          along_w.d[k] = g[i + 4 * j + 16 * k].array().template cast<T>();
+        } else {
+          along_w.d[k].setZero();
+        }
+      }
+    }
   }
 }
 

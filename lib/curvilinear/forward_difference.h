@@ -34,7 +34,8 @@ struct Differences {
 ///
 /// Set up from control points the errors grow about as n eps of the coordinates, n the steps; so coordinates
 /// are the cell's own: `origin` is subtracted before and is for the caller to add. In float that stays under
-/// 1e-5 of the cell to kFloatSteps steps along each axis; in double it does always.
+/// 1e-5 of the cell to kFloatSteps steps along each axis; in double it does always. Along an axis whose
+/// points are its two ends alone, those of the line between them.
 template <class T>
 class ForwardDifferences {
  public:
@@ -50,17 +51,25 @@ class ForwardDifferences {
   /// The plane of points at the current w. \param visit (row v, Differences<T>& along u)
   template <class Visit>
   void each_row(const Visit& visit) const {
-    auto rows = plane();
+    std::array<Differences<T>, 4> rows;
+    for (std::size_t i = 0; i < 4; ++i) {
+      for (std::size_t j = 0; j < 4; ++j)
+        rows[i].d[j] = i < orders_[0] && j < orders_[1] ? d_[i + 4 * j].value() : Point::Zero();
+    }
+    Differences<T> row;
+    for (std::size_t i = orders_[0]; i < 4; ++i) row.d[i].setZero();
     for (int v = 0; v < lattice_.counts[1]; ++v) {
-      Differences<T> row;
-      for (std::size_t i = 0; i < 4; ++i) row.d[i] = rows[i].value();
-      visit(v, row);
-      for (auto& r : rows) r.advance();
+      for (std::size_t i = 0; i < orders_[0]; ++i) row.d[i] = rows[i].value();
+      Differences<T> along_u = row;
+      visit(v, along_u);
+      for (std::size_t i = 0; i < orders_[0]; ++i) rows[i].advance();
     }
   }
   /// To the next w.
   void next_plane() {
-    for (auto& along_w : d_) along_w.advance();
+    for (std::size_t j = 0; j < orders_[1]; ++j) {
+      for (std::size_t i = 0; i < orders_[0]; ++i) d_[i + 4 * j].advance();
+    }
   }
   [[nodiscard]] const Lattice& lattice() const { return lattice_; }
 
@@ -69,14 +78,8 @@ class ForwardDifferences {
   /// d_[i + 4 j]: the difference of order i along u and j along v, and its differences along w.
   std::array<Differences<T>, 16> d_;
   Lattice lattice_;
-
-  [[nodiscard]] std::array<Differences<T>, 4> plane() const {
-    std::array<Differences<T>, 4> rows;
-    for (std::size_t i = 0; i < 4; ++i) {
-      for (std::size_t j = 0; j < 4; ++j) rows[i].d[j] = d_[i + 4 * j].value();
-    }
-    return rows;
-  }
+  /// Differences along each axis that are not 0: of an axis whose points are its two ends, 2.
+  std::array<std::size_t, 3> orders_{4, 4, 4};
 };
 
 /// Steps along each axis up to which float stays under 1e-5 of the cell (test_forward_difference).

@@ -46,7 +46,7 @@ std::array<Solid, 2> halves(const Solid& solid, std::size_t axis) {
 
 int axis_to_halve(const Solid& oriented, const Screen& screen, double throttle) {
   Eigen::Matrix<double, 4, 3> d;
-  const Vec3 centre = oriented(Vec3(0.5, 0.5, 0.5), d).head<3>();
+  const Vec3 centre = oriented.centre(d).head<3>();
   const Vec3 normal = d.col(0).head<3>().cross(d.col(1).head<3>());
   if (!(normal.norm() > 0)) return -1;
   const double middle = normal.normalized().dot(screen.direction(centre));

@@ -13,6 +13,7 @@ class Screen {
  public:
   explicit Screen(const camera::Camera& camera);
 
+  [[nodiscard]] bool is_perspective() const { return perspective_; }
   [[nodiscard]] Vec3 view(const Vec3& world) const { return turn_ * (world - eye_) + offset_; }
   /// The points of a block, whose solids are then the block's as seen.
   [[nodiscard]] Block view(const Block& world) const;

@@ -5,41 +5,48 @@
 namespace vol::curvilinear {
 namespace {
 
-/// Pieces along u, v and w by which chords miss the solid by at most a twentieth of the throttle's pixels, and
-/// values by the tolerance: h^2 / 8 of the second derivative along an axis (at most 6 times the largest second
-/// difference of control points), h^2 / 4 of the mixed one of u and v (9 times the mixed difference) across a
-/// piece cut in two.
+/// Pieces along u, v and w by which chords miss the solid by at most a tenth of the throttle's pixels, and
+/// values by the tolerance: h^2 / 8 of the second derivative along an axis (at most 6 times the largest
+/// second difference of control points), h^2 / 4 of the mixed one of u and v (9 times the mixed difference)
+/// across a piece cut in two.
 std::array<double, 3> flat_pieces(const Solid& solid, const Point4& centre, const Screen& screen,
                                   const SheetFineness& fineness) {
-  constexpr double kShare = 0.05;
+  constexpr double kShare = 0.1;
   const double position = screen.pixels(centre.head<3>()) / (kShare * fineness.throttle);
   const double value = fineness.value_tolerance > 0 ? 1 / fineness.value_tolerance : 0;
-  const Point4 scale(position, position, position, value);
-  // The square of the larger: of the distance and of the value.
-  const auto measure = [&](const Point4& difference) {
-    const Point4 d = difference.cwiseProduct(scale);
-    return std::max(d.head<3>().squaredNorm(), d[3] * d[3]);
-  };
-  double bends[3] = {}, twists = 0;
+  // Of each coordinate the largest difference, which bounds all of them.
+  Eigen::Array4d bend[3], twist = Eigen::Array4d::Zero();
   constexpr std::size_t kStride[3] = {1, 4, 16};
-  for (std::size_t n = 0; n < 64; ++n) {
-    const std::size_t at[3] = {n % 4, n / 4 % 4, n / 16};
-    for (std::size_t a = 0; a < 3; ++a) {
-      const std::size_t s = kStride[a];
-      if (at[a] < 2)
-        bends[a] = std::max(bends[a], measure(solid.b[n] - 2 * solid.b[n + s] + solid.b[n + 2 * s]));
+  for (std::size_t a = 0; a < 3; ++a) {
+    const std::size_t s = kStride[a];
+    bend[a].setZero();
+    for (std::size_t n = 0; n < 64; ++n) {
+      if (n / s % 4 < 2)
+        bend[a] = bend[a].max((solid.b[n] - 2 * solid.b[n + s] + solid.b[n + 2 * s]).array().abs());
     }
-    if (at[0] < 3 && at[1] < 3)
-      twists = std::max(twists, measure(solid.b[n] - solid.b[n + 1] - solid.b[n + 4] + solid.b[n + 5]));
   }
+  for (std::size_t n = 0; n < 64; ++n) {
+    if (n % 4 < 3 && n / 4 % 4 < 3)
+      twist = twist.max(((solid.b[n] - solid.b[n + 1]) - (solid.b[n + 4] - solid.b[n + 5])).array().abs());
+  }
+  const auto measure = [&](const Eigen::Array4d& d) {
+    return std::max(position * d.head<3>().matrix().norm(), value * d[3]);
+  };
   // The sum of the three errors across a surface within 1: half for the bends, half for the twist.
   std::array<double, 3> pieces{};
-  for (std::size_t a = 0; a < 3; ++a) pieces[a] = std::max(1.0, std::sqrt(6 * std::sqrt(bends[a]) / 2));
-  const double mixed = 9 * std::sqrt(twists) / 4 / (pieces[0] * pieces[1]);
+  for (std::size_t a = 0; a < 3; ++a) pieces[a] = std::max(1.0, std::sqrt(6 * measure(bend[a]) / 2));
+  const double mixed = 9 * measure(twist) / 4 / (pieces[0] * pieces[1]);
   if (mixed > 0.5) {
     for (std::size_t a = 0; a < 2; ++a) pieces[a] *= std::sqrt(2 * mixed);
   }
   return pieces;
+}
+
+/// Of the corners: an origin near all of the solid.
+Point4 middle(const Solid& solid) {
+  Point4 sum = Point4::Zero();
+  for (const std::size_t n : {0, 3, 12, 15, 48, 51, 60, 63}) sum += solid.b[n];
+  return sum / 8;
 }
 
 Lattice surfaces(const Solid& solid, const Point4& centre, const Screen& screen,
@@ -63,7 +70,7 @@ Lattice surfaces(const Solid& solid, const Point4& centre, const Screen& screen,
 SheetMaker::SheetMaker(const Solid& solid, const Screen& screen, const SheetFineness& fineness)
     : screen_(screen),
       depth_scale_(fineness.depth_scale),
-      origin_(solid(Vec3(0.5, 0.5, 0.5))),
+      origin_(middle(solid)),
       lattice_(surfaces(solid, origin_, screen, fineness)) {
   origin_distance_ = distance(origin_.head<3>());
   if (*std::max_element(lattice_.steps.begin(), lattice_.steps.end()) <= kFloatSteps) {
@@ -94,8 +101,16 @@ void SheetMaker::append_surface(ForwardDifferences<T>& f, std::vector<SheetVerte
 
 std::int64_t SheetMaker::make(std::size_t budget, SheetMeshes& meshes) {
   std::vector<SheetVertex>& vertices = meshes.vertices;
-  SheetMesh mesh{lattice_.counts[0], lattice_.counts[1], made_ == 0 ? 0 : 1, vertices.size(), made_ == 0, false,
-                 0, 0, 0, 0};
+  SheetMesh mesh{lattice_.counts[0],
+                 lattice_.counts[1],
+                 made_ == 0 ? 0 : 1,
+                 vertices.size(),
+                 made_ == 0,
+                 false,
+                 0,
+                 0,
+                 0,
+                 0};
   const auto surface = static_cast<std::size_t>(mesh.columns) * static_cast<std::size_t>(mesh.rows);
   vertices.insert(vertices.end(), last_.begin(), last_.end());
   const int before = made_;

@@ -38,14 +38,15 @@ struct SheetFineness {
 };
 
 /// Makes the surfaces between the sheets of a solid (oriented) one after another, w = i / n, by their points.
-/// Chords between points miss the solid by a twentieth of the throttle's pixels at most, and values by the
+/// Chords between points miss the solid by a tenth of the throttle's pixels at most, and values by the
 /// tolerance.
 class SheetMaker {
  public:
   SheetMaker(const Solid& solid, const Screen& screen, const SheetFineness& fineness);
 
   [[nodiscard]] bool done() const { return made_ == lattice_.counts[2]; }
-  /// Surfaces until there are `budget` vertices or all are made; a sheet at least. \returns the points it took
+  /// Surfaces until there are `budget` vertices or all are made; a sheet at least. \returns the points it
+  /// took
   std::int64_t make(std::size_t budget, SheetMeshes& meshes);
 
  private:
@@ -62,9 +63,9 @@ class SheetMaker {
   [[nodiscard]] double distance(const Vec3& view) const;
 };
 
-/// Draws sheets into the rows of a band by scan conversion, in their order. A sheet is the closed polyhedron of
-/// triangles between two surfaces and along the solid's sides; a ray through a pixel's centre goes through it
-/// from triangle to triangle, neighbours' edges met neither twice nor never. So lengths are those of the
+/// Draws sheets into the rows of a band by scan conversion, in their order. A sheet is the closed polyhedron
+/// of triangles between two surfaces and along the solid's sides; a ray through a pixel's centre goes through
+/// it from triangle to triangle, neighbours' edges met neither twice nor never. So lengths are those of the
 /// polyhedron, at silhouettes too. A sheet's value on a ray is the mean of the two ends'.
 void scan_sheets(std::span<const SheetMeshes* const> meshes, const TransferTable& table, Band& band);
 

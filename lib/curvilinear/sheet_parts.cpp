@@ -29,7 +29,7 @@ TransferTable::TransferTable(const transfer::TransferFunction& transfer, double 
 
 Solid oriented(const Solid& seen, const Screen& screen) {
   Eigen::Matrix<double, 4, 3> d;
-  const Vec3 centre = seen(Vec3(0.5, 0.5, 0.5), d).head<3>();
+  const Vec3 centre = seen.centre(d).head<3>();
   const Vec3 ray = screen.direction(centre);
   int depth_axis = 2;
   double largest = -1, forward = 1;
@@ -58,14 +58,21 @@ Solid oriented(const Solid& seen, const Screen& screen) {
 Extents extents(const Solid& seen, const Screen& screen) {
   Extents e;
   std::array<Eigen::Vector2d, 64> image;
-  for (std::size_t n = 0; n < 64; ++n) image[n] = screen.project(seen.b[n].head<3>());
+  if (screen.is_perspective()) {
+    for (std::size_t n = 0; n < 64; ++n) image[n] = screen.project(seen.b[n].head<3>());
+  }
   for (std::size_t a = 0, stride = 1; a < 3; ++a, stride *= 4) {
+    Eigen::Array4d largest = Eigen::Array4d::Zero();  // of each coordinate
+    double across = 0, pixels = screen.is_perspective() ? 0 : 1;
     for (std::size_t n = 0; n < 64; ++n) {
       if (n / stride % 4 == 3) continue;
-      const Vec3 step = (seen.b[n + stride] - seen.b[n]).head<3>();
-      e.across[a] = std::max(e.across[a], 3 * (image[n + stride] - image[n]).cwiseAbs().maxCoeff());
-      e.length[a] = std::max(e.length[a], 3 * screen.pixels(seen.b[n].head<3>()) * step.norm());
+      largest = largest.max((seen.b[n + stride] - seen.b[n]).array().abs());
+      if (!screen.is_perspective()) continue;
+      across = std::max(across, (image[n + stride] - image[n]).cwiseAbs().maxCoeff());
+      pixels = std::max(pixels, screen.pixels(seen.b[n].head<3>()));
     }
+    e.across[a] = 3 * (screen.is_perspective() ? across : largest.head<2>().maxCoeff());
+    e.length[a] = 3 * pixels * largest.head<3>().matrix().norm();
   }
   return e;
 }

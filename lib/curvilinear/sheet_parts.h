@@ -57,7 +57,8 @@ struct Band {
   std::vector<std::int32_t> samples;  ///< of each pixel
   std::vector<std::int32_t> sheets;   ///< of each pixel, the last that drew there; of layers only
   std::int32_t sheet = 0;
-  /// Where a pixel's ray is inside the solid that is drawn: the last surface it met. Of physical thickness only.
+  /// Where a pixel's ray is inside the solid that is drawn: the last surface it met. Of physical thickness
+  /// only.
   struct Inside {
     Buffer<float> depth, value;
     Buffer<std::int32_t> solid;  ///< number of the solid; another: not inside
@@ -89,8 +90,8 @@ struct Band {
 /// front to back, and of the largest area in the picture.
 [[nodiscard]] Solid oriented(const Solid& seen, const Screen& screen);
 
-/// Largest change of the solid per unit of each parameter, from its control points, which bound it: in the
-/// picture (the larger of x and y) and in space, both in pixels.
+/// Bounds of the solid's change per unit of each parameter, from its control points: in the picture (the
+/// larger of x and y) and in space (of each coordinate's largest), both in pixels.
 struct Extents {
   double across[3] = {};
   double length[3] = {};

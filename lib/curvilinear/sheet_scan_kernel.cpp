@@ -25,6 +25,9 @@ using I = hn::Vec<DI>;
 /// A quantity along a row of pixels, held within its triangle's.
 struct Ramp {
   float start, step, low, high;
+  [[nodiscard]] HWY_INLINE float one(float pixel) const {
+    return std::max(std::min(start + pixel * step, high), low);
+  }
   HWY_INLINE F operator()(F pixels) const {
     const DF d;
     return hn::Max(hn::Min(hn::MulAdd(pixels, hn::Set(d, step), hn::Set(d, start)), hn::Set(d, high)),
@@ -36,8 +39,8 @@ struct Ramp {
 /// side, by which it enters or leaves.
 enum class Crossing { surface, end, side };
 
-/// Stretches of rays through sheets on their way into the picture: many are looked up at once, then composited
-/// in their order.
+/// Stretches of rays through sheets on their way into the picture: many are looked up at once, then
+/// composited in their order.
 class Fragments {
  public:
   Fragments(const TransferTable& table, Band& band) : table_(table), band_(band) {
@@ -49,6 +52,65 @@ class Fragments {
   /// stretch here, of the depth between; in which order a sheet's sides are met plays no part.
   template <Crossing kCrossing>
   HWY_INLINE void meet(std::size_t from, int count, const Ramp& value, const Ramp& depth) {
+    if (count < kFewest) {
+      for (int k = 0; k < count; ++k) {
+        const auto pixel = static_cast<float>(k);
+        meet_one<kCrossing>(from + static_cast<std::size_t>(k), value.one(pixel), depth.one(pixel));
+      }
+    } else {
+      meet_many<kCrossing>(from, count, value, depth);
+    }
+  }
+
+  void flush() {
+    const DF d;
+    const DI di;
+    const float* depths = &table_.entries()->depth;
+    const F low = hn::Set(d, table_.low()), high = hn::Set(d, table_.high()),
+            scale = hn::Set(d, table_.scale());
+    const I last = hn::Set(di, table_.last()), first = hn::Zero(di), one = hn::Set(di, 1);
+    const F minus_log2e = hn::Set(d, -1.44269504088896341F);
+    for (int k = 0; k < count_; k += static_cast<int>(hn::Lanes(d))) {
+      const F value = hn::Load(d, value_ + k), length = hn::Load(d, length_ + k);
+      I entry = hn::Add(hn::ConvertTo(di, hn::Mul(hn::Sub(value, low), scale)), one);
+      entry = hn::Max(hn::Min(entry, last), first);
+      entry = hn::IfThenElse(hn::RebindMask(di, hn::Ge(value, high)), last, entry);
+      entry = hn::IfThenElse(hn::RebindMask(di, hn::Gt(value, low)), entry, first);
+      hn::Store(entry, di, entry_ + k);
+      const F thick = hn::GatherIndex(d, depths, hn::ShiftLeft<2>(entry));
+      const F opacity = render::HWY_NAMESPACE::one_minus_exp2(hn::Mul(hn::Mul(thick, length), minus_log2e));
+      // Of an opaque value over no length the product is none.
+      hn::Store(hn::IfThenElseZero(hn::Gt(length, hn::Zero(d)), opacity), d, opacity_ + k);
+    }
+    for (int k = 0; k < count_; ++k) {
+      band_.composite(static_cast<std::size_t>(pixel_[k]), table_.entries()[entry_[k]], opacity_[k]);
+    }
+    band_.counts.samples += count_;
+    count_ = 0;
+  }
+
+ private:
+  template <Crossing kCrossing>
+  HWY_INLINE void meet_one(std::size_t at, float f, float z) {
+    if (count_ == kMost) flush();
+    Band::Inside& last = band_.inside;
+    if (last.solid[at] == band_.solid) {
+      value_[count_] = 0.5F * (f + last.value[at]);
+      length_[count_] = std::abs(z - last.depth[at]);
+      pixel_[count_] = static_cast<std::int32_t>(at);
+      ++count_;
+      if constexpr (kCrossing != Crossing::surface) last.solid[at] = 0;
+    } else if constexpr (kCrossing != Crossing::end) {
+      last.solid[at] = band_.solid;
+    }
+    if constexpr (kCrossing != Crossing::end) {
+      last.depth[at] = z;
+      last.value[at] = f;
+    }
+  }
+
+  template <Crossing kCrossing>
+  HWY_INLINE void meet_many(std::size_t from, int count, const Ramp& value, const Ramp& depth) {
     const DF d;
     const DI di;
     const int lanes = static_cast<int>(hn::Lanes(d));
@@ -75,48 +137,23 @@ class Fragments {
       const auto ends = hn::RebindMask(d, inside);
       hn::CompressBlendedStore(mean, ends, d, value_ + count_);
       hn::CompressBlendedStore(length, ends, d, length_ + count_);
-      count_ += static_cast<int>(hn::CompressBlendedStore(hn::Iota(di, static_cast<std::int32_t>(at)), inside, di,
-                                                          pixel_ + count_));
+      count_ += static_cast<int>(
+          hn::CompressBlendedStore(hn::Iota(di, static_cast<std::int32_t>(at)), inside, di, pixel_ + count_));
     }
   }
 
-  void flush() {
-    const DF d;
-    const DI di;
-    const float* depths = &table_.entries()->depth;
-    const F low = hn::Set(d, table_.low()), high = hn::Set(d, table_.high()), scale = hn::Set(d, table_.scale());
-    const I last = hn::Set(di, table_.last()), first = hn::Zero(di), one = hn::Set(di, 1);
-    const F minus_log2e = hn::Set(d, -1.44269504088896341F);
-    for (int k = 0; k < count_; k += static_cast<int>(hn::Lanes(d))) {
-      const F value = hn::Load(d, value_ + k), length = hn::Load(d, length_ + k);
-      I entry = hn::Add(hn::ConvertTo(di, hn::Mul(hn::Sub(value, low), scale)), one);
-      entry = hn::Max(hn::Min(entry, last), first);
-      entry = hn::IfThenElse(hn::RebindMask(di, hn::Ge(value, high)), last, entry);
-      entry = hn::IfThenElse(hn::RebindMask(di, hn::Gt(value, low)), entry, first);
-      hn::Store(entry, di, entry_ + k);
-      const F thick = hn::GatherIndex(d, depths, hn::ShiftLeft<2>(entry));
-      const F opacity = render::HWY_NAMESPACE::one_minus_exp2(hn::Mul(hn::Mul(thick, length), minus_log2e));
-      // Of an opaque value over no length the product is none.
-      hn::Store(hn::IfThenElseZero(hn::Gt(length, hn::Zero(d)), opacity), d, opacity_ + k);
-    }
-    for (int k = 0; k < count_; ++k) {
-      band_.composite(static_cast<std::size_t>(pixel_[k]), table_.entries()[entry_[k]], opacity_[k]);
-    }
-    band_.counts.samples += count_;
-    count_ = 0;
-  }
-
- private:
   static constexpr int kMost = 1024;
+  static constexpr int kFewest = 4;  ///< pixels that are worth a vector
   const TransferTable& table_;
   Band& band_;
   int count_ = 0;
-  HWY_ALIGN float value_[kMost + HWY_MAX_BYTES], length_[kMost + HWY_MAX_BYTES], opacity_[kMost + HWY_MAX_BYTES];
+  HWY_ALIGN float value_[kMost + HWY_MAX_BYTES], length_[kMost + HWY_MAX_BYTES],
+      opacity_[kMost + HWY_MAX_BYTES];
   HWY_ALIGN std::int32_t pixel_[kMost + HWY_MAX_BYTES], entry_[kMost + HWY_MAX_BYTES];
 };
 
-/// Where rows' centres cross an edge. From its upper end, whoever asks: both triangles of an edge get the same
-/// bits.
+/// Where rows' centres cross an edge. From its upper end, whoever asks: both triangles of an edge get the
+/// same bits.
 struct Edge {
   double x, y, slope;
   HWY_INLINE Edge(const SheetVertex& upper, const SheetVertex& lower)
@@ -162,7 +199,8 @@ class Scan {
   Fragments fragments_;
 
   static bool is_between_centres(const SheetMesh& m) {
-    return std::ceil(m.left - 0.5) >= std::ceil(m.right - 0.5) || std::ceil(m.top - 0.5) >= std::ceil(m.bottom - 0.5);
+    return std::ceil(m.left - 0.5) >= std::ceil(m.right - 0.5) ||
+           std::ceil(m.top - 0.5) >= std::ceil(m.bottom - 0.5);
   }
   static bool is_above(const SheetVertex& a, const SheetVertex& b) {
     return a.y < b.y || (a.y == b.y && a.x < b.x);
@@ -196,6 +234,8 @@ class Scan {
     const int first = static_cast<int>(std::ceil(std::max(p->y - 0.5, static_cast<double>(band_.top)))),
               end = static_cast<int>(std::ceil(std::min(r->y - 0.5, static_cast<double>(band_.bottom))));
     if (first >= end) return;
+    const double left_most = std::min({p->x, q->x, r->x}), right_most = std::max({p->x, q->x, r->x});
+    if (std::ceil(left_most - 0.5) >= std::ceil(right_most - 0.5)) return;
     const double qx = q->x - p->x, qy = q->y - p->y, rx = r->x - p->x, ry = r->y - p->y;
     const double area = qx * ry - qy * rx;
     if (area == 0) return;

@@ -16,14 +16,11 @@ Dims at(std::int64_t number, const Dims& cells) {
   return {number % cells[0], number / cells[0] % cells[1], number / (cells[0] * cells[1])};
 }
 
-/// Whether the parameter along an axis grows (1) or falls (-1) along the ray through the middle of the
-/// solid's section at `u` of it; 0: neither.
-int runs_away(const Solid& seen, int axis, double u, const Screen& screen) {
-  Eigen::Matrix<double, 4, 3> d;
-  Vec3 at(0.5, 0.5, 0.5);
-  at[axis] = u;
-  const Vec3 ray = screen.direction(seen(at, d).head<3>());
-  const double area = d.col((axis + 1) % 3).head<3>().cross(d.col((axis + 2) % 3).head<3>()).dot(ray);
+/// Whether the parameter along an axis grows (1) or falls (-1) along the ray through a point of view
+/// coordinates where the solid has the derivatives d; 0: neither.
+int runs_away(const Vec3& at, const Eigen::Matrix<double, 4, 3>& d, int axis, const Screen& screen) {
+  const double area =
+      d.col((axis + 1) % 3).head<3>().cross(d.col((axis + 2) % 3).head<3>()).dot(screen.direction(at));
   const double forward = d.topRows<3>().determinant() < 0 ? -area : area;
   return forward > 0 ? 1 : forward < 0 ? -1 : 0;
 }
@@ -42,7 +39,7 @@ class Sheets {
         high = std::max(high, f);
       }
     }
-    constexpr double kValueShare = 1e-3;
+    constexpr double kValueShare = 2e-3;
     fineness_ = {options.throttle, kValueShare * options.throttle * (high - low),
                  screen_.world_length() / reference_length};
     for (std::size_t b = 0; b < solids_.size(); ++b) list(static_cast<std::uint32_t>(b));
@@ -123,8 +120,10 @@ class Sheets {
     }
     if (!(right >= 0 && left <= camera_.image_width())) return cell;
     for (int a = 0; a < 3 && options_.order == CellOrder::faces; ++a) {
+      Eigen::Matrix<double, 4, 3> d;
+      const Vec3 middle = seen.face_centre(a, d).head<3>();
       cell.before_next[static_cast<std::size_t>(a)] =
-          static_cast<std::int8_t>(runs_away(seen, a, 1, screen_));
+          static_cast<std::int8_t>(runs_away(middle, d, a, screen_));
     }
     const double height = camera_.image_height();
     cell.top = static_cast<int>(std::floor(std::clamp(top, 0.0, height)));
@@ -193,7 +192,9 @@ class Sheets {
         return;
       }
       const std::array<Solid, 2> two = halves(part.solid, static_cast<std::size_t>(axis));
-      const std::size_t front = runs_away(part.solid, axis, 0.5, screen) >= 0 ? 0 : 1;
+      Eigen::Matrix<double, 4, 3> d;
+      const Vec3 centre = part.solid.centre(d).head<3>();
+      const std::size_t front = runs_away(centre, d, axis, screen) >= 0 ? 0 : 1;
       parts_.push_back({two[1 - front], part.halvings - 1});
       parts_.push_back({two[front], part.halvings - 1});
     }

@@ -13,6 +13,14 @@ Point4 mixed(const double (&w)[4], const Point4& p0, const Point4& p1, const Poi
   return w[0] * p0 + w[1] * p1 + w[2] * p2 + w[3] * p3;
 }
 
+/// A cubic at 1/2 and its derivative there.
+Point4 halfway(const Point4& p0, const Point4& p1, const Point4& p2, const Point4& p3) {
+  return 0.125 * ((p0 + p3) + 3 * (p1 + p2));
+}
+Point4 halfway_slope(const Point4& p0, const Point4& p1, const Point4& p2, const Point4& p3) {
+  return 0.75 * ((p3 - p0) + (p2 - p1));
+}
+
 /// Adds weight times the derivative D of sample i (0 .. count-1 of those at hand, all `points` there are) to
 /// a row.
 void add_derivative(double (&row)[4], std::int64_t i, std::int64_t points, std::int64_t first,
@@ -68,6 +76,41 @@ Point4 Solid::operator()(const Vec3& u, Eigen::Matrix<double, 4, 3>& d) const {
     d.col(2) += z.d[t] * plane;
   }
   return sum;
+}
+
+Point4 Solid::centre(Eigen::Matrix<double, 4, 3>& d) const {
+  Point4 along_z[16], slope_z[16], along_y[4], slope_y[4], across_z[4];
+  for (std::size_t n = 0; n < 16; ++n) {
+    along_z[n] = halfway(b[n], b[n + 16], b[n + 32], b[n + 48]);
+    slope_z[n] = halfway_slope(b[n], b[n + 16], b[n + 32], b[n + 48]);
+  }
+  for (std::size_t n = 0; n < 4; ++n) {
+    along_y[n] = halfway(along_z[n], along_z[n + 4], along_z[n + 8], along_z[n + 12]);
+    slope_y[n] = halfway_slope(along_z[n], along_z[n + 4], along_z[n + 8], along_z[n + 12]);
+    across_z[n] = halfway(slope_z[n], slope_z[n + 4], slope_z[n + 8], slope_z[n + 12]);
+  }
+  d.col(0) = halfway_slope(along_y[0], along_y[1], along_y[2], along_y[3]);
+  d.col(1) = halfway(slope_y[0], slope_y[1], slope_y[2], slope_y[3]);
+  d.col(2) = halfway(across_z[0], across_z[1], across_z[2], across_z[3]);
+  return halfway(along_y[0], along_y[1], along_y[2], along_y[3]);
+}
+
+Point4 Solid::face_centre(int axis, Eigen::Matrix<double, 4, 3>& d) const {
+  constexpr std::size_t kStride[3] = {1, 4, 16};
+  const int first = (axis + 1) % 3, second = (axis + 2) % 3;
+  const std::size_t s = kStride[first], t = kStride[second], layer = kStride[axis];
+  Point4 along[4], slope[4], inner[4];
+  for (std::size_t n = 0; n < 4; ++n) {
+    const Point4 *p = &b[3 * layer + n * t], *q = &b[2 * layer + n * t];
+    along[n] = halfway(p[0], p[s], p[2 * s], p[3 * s]);
+    slope[n] = halfway_slope(p[0], p[s], p[2 * s], p[3 * s]);
+    inner[n] = halfway(q[0], q[s], q[2 * s], q[3 * s]);
+  }
+  const Point4 centre = halfway(along[0], along[1], along[2], along[3]);
+  d.col(first) = halfway(slope[0], slope[1], slope[2], slope[3]);
+  d.col(second) = halfway_slope(along[0], along[1], along[2], along[3]);
+  d.col(axis) = 3 * (centre - halfway(inner[0], inner[1], inner[2], inner[3]));
+  return centre;
 }
 
 Box3 Solid::hull() const {

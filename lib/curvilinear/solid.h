@@ -23,6 +23,10 @@ struct Solid {
   [[nodiscard]] Point4 operator()(const Vec3& u) const;
   /// Position, value and their derivatives along u, v, w (the columns of `d`).
   [[nodiscard]] Point4 operator()(const Vec3& u, Eigen::Matrix<double, 4, 3>& d) const;
+  /// The latter at (1/2, 1/2, 1/2).
+  [[nodiscard]] Point4 centre(Eigen::Matrix<double, 4, 3>& d) const;
+  /// The latter in the middle of the face where the parameter of an axis is 1.
+  [[nodiscard]] Point4 face_centre(int axis, Eigen::Matrix<double, 4, 3>& d) const;
   /// Box of the control points, which holds the solid.
   [[nodiscard]] Box3 hull() const;
 };
@@ -41,8 +45,8 @@ struct CurveWeights {
 };
 [[nodiscard]] CurveWeights curve_weights(std::int64_t cell, std::int64_t points, CellKind kind, double beta);
 
-/// curve_weights() at work. Inner cells of tricubic solids, which are most, go by their two differences alone;
-/// solids and faces both use it, so that their points are the same to the bit.
+/// curve_weights() at work. Inner cells of tricubic solids, which are most, go by their two differences
+/// alone; solids and faces both use it, so that their points are the same to the bit.
 class CurveOperator {
  public:
   CurveOperator(std::int64_t cell, std::int64_t points, CellKind kind, double beta)

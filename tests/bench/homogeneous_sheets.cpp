@@ -1,6 +1,6 @@
-// homogeneous_sheets: a homogeneous medium in every phantom grid by sheets, 512 x 512 pixels, against the lengths
-// of rays inside, as a table (CSV): relative errors of optical depth over the pixels whose chord exceeds a tenth
-// of the longest. By layers, what is left under the extinction that fits best: the glow.
+// homogeneous_sheets: a homogeneous medium in every phantom grid by sheets, 512 x 512 pixels, against the
+// lengths of rays inside, as a table (CSV): relative errors of optical depth over the pixels whose chord
+// exceeds a tenth of the longest. By layers, what is left under the extinction that fits best: the glow.
 #include <cstdio>
 
 #include "../curvilinear/homogeneous.h"
@@ -18,8 +18,8 @@ int main() {
     const auto row = [&](Thickness thickness, double throttle) {
       const ChordErrors e = medium.errors(medium.draw(thickness, throttle).image, thickness);
       std::printf("%s,%s,%g,%d,%.2g,%.2g,%.2g\n", phantom.name.data(),
-                  thickness == Thickness::layers ? "layers" : "physical", throttle, e.pixels, e.rms, e.largest,
-                  e.mean);
+                  thickness == Thickness::layers ? "layers" : "physical", throttle, e.pixels, e.rms,
+                  e.largest, e.mean);
     };
     for (const double throttle : {1.0, 4.0, 16.0}) row(Thickness::physical, throttle);
     row(Thickness::layers, 1);

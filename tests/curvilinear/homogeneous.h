@@ -19,8 +19,8 @@ struct ChordErrors {
   int pixels = 0;
 };
 
-/// A homogeneous medium in a phantom grid as a camera sees it, with the length of every pixel's ray inside the
-/// grid's tricubic solids, by SolidRays.
+/// A homogeneous medium in a phantom grid as a camera sees it, with the length of every pixel's ray inside
+/// the grid's tricubic solids, by SolidRays.
 class Homogeneous {
  public:
   Homogeneous(std::string_view phantom, const Dims& dims, const camera::View& view, int size)
@@ -34,8 +34,8 @@ class Homogeneous {
       std::vector<RaySegment> segments;
       for (std::int64_t y = top; y < bottom; ++y) {
         for (int x = 0; x < size; ++x) {
-          rays.segments(camera_.ray(x + 0.5, static_cast<double>(y) + 0.5), -std::numeric_limits<double>::infinity(), scratch,
-                        segments);
+          rays.segments(camera_.ray(x + 0.5, static_cast<double>(y) + 0.5),
+                        -std::numeric_limits<double>::infinity(), scratch, segments);
           double& length = lengths_[static_cast<std::size_t>(y * size + x)];
           for (const RaySegment& s : segments) length += s.t1 - s.t0;
         }
@@ -44,8 +44,8 @@ class Homogeneous {
     longest_ = *std::max_element(lengths_.begin(), lengths_.end());
   }
 
-  /// Physical: optical depth 2 along the longest chord. Layers: 2 for as many cells as the grid's longest axis
-  /// has.
+  /// Physical: optical depth 2 along the longest chord. Layers: 2 for as many cells as the grid's longest
+  /// axis has.
   [[nodiscard]] SheetResult draw(Thickness thickness, double throttle) const {
     SheetOptions options;
     options.thickness = thickness;

@@ -1,5 +1,5 @@
-// A homogeneous medium shows what a renderer takes for lengths: its opacity is 1 - exp(-tau L), L the length of
-// the ray inside, whatever the cells.
+// A homogeneous medium shows what a renderer takes for lengths: its opacity is 1 - exp(-tau L), L the length
+// of the ray inside, whatever the cells.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,7 +25,8 @@ struct OracleCase {
 };
 class RaysAgainstTheOracle : public testing::TestWithParam<OracleCase> {};
 
-// In every pixel, L the length within the grid's own solids by independent root finding in extended precision.
+// In every pixel, L the length within the grid's own solids by independent root finding in extended
+// precision.
 TEST_P(RaysAgainstTheOracle, BeersLaw) {
   const OracleCase& c = GetParam();
   constexpr double kOpacity = 0.37;
@@ -64,26 +65,25 @@ TEST_P(RaysAgainstTheOracle, BeersLaw) {
   EXPECT_GT(seen, 30);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Phantoms, RaysAgainstTheOracle,
-    testing::Values(OracleCase{"half-torus", {4, 2, 2}, CellKind::tricubic},
-                    OracleCase{"spherical-shell", {3, 5, 9}, CellKind::tricubic},
-                    OracleCase{"twisted-box", {4, 3, 6}, CellKind::tricubic},
-                    OracleCase{"sheared-box", {3, 4, 2}, CellKind::tricubic},
-                    OracleCase{"c-grid", {9, 3, 4}, CellKind::tricubic},
-                    OracleCase{"c-grid", {9, 3, 4}, CellKind::trilinear},
-                    OracleCase{"delta-wing", {5, 6, 7}, CellKind::tricubic}),
-    [](const auto& of) {
-      std::string name = of.param.name;
-      std::erase(name, '-');
-      return name + (of.param.kind == CellKind::tricubic ? "Tricubic" : "Trilinear");
-    });
+INSTANTIATE_TEST_SUITE_P(Phantoms, RaysAgainstTheOracle,
+                         testing::Values(OracleCase{"half-torus", {4, 2, 2}, CellKind::tricubic},
+                                         OracleCase{"spherical-shell", {3, 5, 9}, CellKind::tricubic},
+                                         OracleCase{"twisted-box", {4, 3, 6}, CellKind::tricubic},
+                                         OracleCase{"sheared-box", {3, 4, 2}, CellKind::tricubic},
+                                         OracleCase{"c-grid", {9, 3, 4}, CellKind::tricubic},
+                                         OracleCase{"c-grid", {9, 3, 4}, CellKind::trilinear},
+                                         OracleCase{"delta-wing", {5, 6, 7}, CellKind::tricubic}),
+                         [](const auto& of) {
+                           std::string name = of.param.name;
+                           std::erase(name, '-');
+                           return name + (of.param.kind == CellKind::tricubic ? "Tricubic" : "Trilinear");
+                         });
 
 class Sheets : public testing::TestWithParam<const char*> {};
 
-// Within 1 % at the default throttle, RMS over the pixels whose chord exceeds a tenth of the longest, in every
-// phantom at its own size; and the plain sheets' glow, what is left of opacity by layers under the extinction
-// that fits best, is many times that.
+// Within 1 % at the default throttle, RMS over the pixels whose chord exceeds a tenth of the longest, in
+// every phantom at its own size; and the plain sheets' glow, what is left of opacity by layers under the
+// extinction that fits best, is many times that.
 TEST_P(Sheets, FollowTheLength) {
   for (const PhantomName& phantom : phantom_names()) {
     if (phantom.name != GetParam()) continue;
@@ -94,7 +94,8 @@ TEST_P(Sheets, FollowTheLength) {
     RecordProperty("largest", std::to_string(e.largest));
     RecordProperty("glow_rms", std::to_string(glow.rms));
     EXPECT_GT(e.pixels, 2000);
-    // An affine map is its own tessellation: float, relative to chords, cells' depths and sums of some hundred.
+    // An affine map is its own tessellation: float, relative to chords, cells' depths and sums of some
+    // hundred.
     EXPECT_LT(e.rms, std::string_view(GetParam()) == "sheared-box" ? 1e-5 : 0.01);
     EXPECT_LT(std::abs(e.mean), 1e-3);
     EXPECT_GT(glow.rms, 10 * e.rms);
@@ -103,8 +104,8 @@ TEST_P(Sheets, FollowTheLength) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Phantoms, Sheets,
-                         testing::Values("half-torus", "spherical-shell", "twisted-box", "sheared-box", "c-grid",
-                                         "delta-wing"),
+                         testing::Values("half-torus", "spherical-shell", "twisted-box", "sheared-box",
+                                         "c-grid", "delta-wing"),
                          [](const auto& of) {
                            std::string name = of.param;
                            std::erase(name, '-');

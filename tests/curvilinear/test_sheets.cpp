@@ -165,9 +165,10 @@ Figures against_chords(const Grid& grid, const camera::Camera& camera, const ima
 }
 
 // An affine map is its own tessellation, so that sheets have the chord's length whatever the throttle, at
-// silhouettes too: up to the float of depths within cells, 6e-8 of some tens of pixels against chords of 5 and
-// more, and of opacities. In perspective, depth is linear over pieces of a fiftieth of the eye's distance, where
-// it misses by 1 / 8 of the square of that, 5e-5, of a distance that is some 50 times the shortest chord.
+// silhouettes too: up to the float of depths within cells, 6e-8 of some tens of pixels against chords of 5
+// and more, and of opacities. In perspective, depth is linear over pieces of a fiftieth of the eye's
+// distance, where it misses by 1 / 8 of the square of that, 5e-5, of a distance that is some 50 times the
+// shortest chord.
 TEST(Physical, OpacityIsThatOfTheChordOfASkewBox) {
   const Grid grid = make_phantom("sheared-box", {4, 3, 5}, "ramp", 1);
   constexpr double kOpacity = 0.3;

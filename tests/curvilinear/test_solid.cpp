@@ -115,6 +115,22 @@ TEST(Solid, ReproducesLinearMapsAndFieldsBordersIncluded) {
   }
 }
 
+TEST(Solid, CentresAreTheSolidThere) {
+  const Block block = random_block({4, 4, 4}, 11);
+  const Solid solid = Solids(block, block.arrays[0].values, CellKind::tricubic, 1)({1, 1, 1});
+  Eigen::Matrix<double, 4, 3> d, right;
+  const auto compare = [&](const Point4& p, const Vec3& u) {
+    EXPECT_LT((p - solid(u, right)).norm(), 1e-13);  // some ulp of coordinates below 20
+    EXPECT_LT((d - right).norm(), 1e-12);
+  };
+  compare(solid.centre(d), {0.5, 0.5, 0.5});
+  for (int axis = 0; axis < 3; ++axis) {
+    Vec3 u(0.5, 0.5, 0.5);
+    u[axis] = 1;
+    compare(solid.face_centre(axis, d), u);
+  }
+}
+
 // The paper's formulas with their errata, point by point: an inner cell has all neighbours.
 TEST(Solid, ControlPointsAreTheCorrectedFormulasOfThePaper) {
   const Block block = random_block({5, 6, 4}, 6);
