@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""One curvilinear grid by every setting of the sweep: counts and errors at every size, times interleaved at the first."""
+"""One curvilinear grid by every setting of the sweep: counts and errors at every size; or, the first word being `times`, times
+interleaved at the first."""
 
 import json
 import pathlib
@@ -42,15 +43,16 @@ class Drawer:
 
     def error(self, name, options, asked):
         """Against rays where the thickness is physical, else against the finest throttle."""
-        if options not in self.truths:
-            self.truths[options] = f"truth-{len(self.truths)}"
-            self.draw(rays(options, asked) if "physical" in options else f"{options} --throttle {asked['finest']}", self.truths[options])
-        return self.compare(self.folder / f"{name}.exr", self.folder / f"{self.truths[options]}.exr")
+        truth = rays(options, asked) if "physical" in options else f"{options} --throttle {asked['finest']}"
+        if truth not in self.truths:
+            self.truths[truth] = f"truth-{len(self.truths)}"
+            self.draw(truth, self.truths[truth])
+        return self.compare(self.folder / f"{name}.exr", self.folder / f"{self.truths[truth]}.exr")
 
 
 def rays(options, asked):
     """The same picture by rays, which have no order."""
-    return f"{options.replace('--order depth', '')} --method rays --tolerance {asked['tolerance']}"
+    return f"{options.replace('--order depth', '').strip()} --method rays --tolerance {asked['tolerance']}"
 
 
 def spelled(setting):
@@ -69,32 +71,39 @@ def words_of(grid, binaries, folder):
     return [*words, *shlex.split(grid.get("options", "")), "--view", grid["view"]]
 
 
-def main():
-    arguments = records.tool_arguments(__doc__, "settings", "grid")
-    settings = json.loads(pathlib.Path(arguments.settings).read_text())
-    asked, folder = settings["sweep"], pathlib.Path(settings["out"]) / "pictures" / arguments.grid
-    folder.mkdir(parents=True, exist_ok=True)
-    words = words_of(asked["grids"][arguments.grid], arguments.bin, folder)
-    found = {"grid": arguments.grid, "folder": str(folder / asked["sizes"][0]), "drawn": [], "seconds": {}}
+def pictures(asked, grid, words, binaries, folder):
+    found = {"grid": grid, "folder": str(folder / asked["sizes"][0]), "drawn": []}
     for size in asked["sizes"]:
-        drawer = Drawer(arguments.bin, words, size, folder / size)
+        drawer = Drawer(binaries, words, size, folder / size)
         for name, setting in asked["settings"].items():
             stats = drawer.draw(spelled(setting), name)
             rmse, largest = drawer.error(name, setting.get("options", ""), asked)
             found["drawn"].append({"size": size, "setting": name, "counts": stats["counts"], "rmse": rmse, "max": largest})
-    rounds.say(f"{arguments.grid}: {len(found['drawn'])} pictures")
-
-    drawer = Drawer(arguments.bin, words, asked["sizes"][0], folder / asked["sizes"][0])
+    drawer = Drawer(binaries, words, asked["sizes"][0], folder / asked["sizes"][0])
     for name in asked["pictures"]:
         drawer.draw(rays("", asked) if name == "rays" else spelled(asked["settings"][name]), name, "png")
-    if asked["rounds"]:
-        contenders = {name: lambda s=spelled(s): drawer.seconds(s) for name, s in asked["settings"].items()}
-        found["seconds"] = rounds.interleaved(contenders, asked["rounds"])
-        slow = {"rays": "", "rays trilinear": "--cells trilinear"}
-        for name, options in slow.items():
-            found["seconds"][name] = [drawer.seconds(rays(options, asked), 1) for _ in range(asked["rays_rounds"])]
-        rounds.say(f"{arguments.grid}: times")
-    pathlib.Path(arguments.output).write_text(json.dumps(found, indent=1))
+    rounds.say(f"{grid}: {len(found['drawn'])} pictures")
+    return found
+
+
+def times(asked, grid, words, binaries, folder):
+    drawer = Drawer(binaries, words, asked["sizes"][0], folder / "times")
+    contenders = {name: lambda s=spelled(s): drawer.seconds(s) for name, s in asked["settings"].items()}
+    found = {"grid": grid, "seconds": rounds.interleaved(contenders, asked["rounds"])}
+    for name, options in {"rays": "", "rays trilinear": "--cells trilinear"}.items():
+        found["seconds"][name] = [drawer.seconds(rays(options, asked), 1)]
+    rounds.say(f"{grid}: times")
+    return found
+
+
+def main():
+    arguments = records.tool_arguments(__doc__, "what", "settings", "grid")
+    settings = json.loads(pathlib.Path(arguments.settings).read_text())
+    asked, folder = settings["sweep"], pathlib.Path(settings["out"]) / "pictures" / arguments.grid
+    folder.mkdir(parents=True, exist_ok=True)
+    words = words_of(asked["grids"][arguments.grid], arguments.bin, folder)
+    find = times if arguments.what == "times" else pictures
+    pathlib.Path(arguments.output).write_text(json.dumps(find(asked, arguments.grid, words, arguments.bin, folder), indent=1))
 
 
 if __name__ == "__main__":

@@ -6,23 +6,39 @@ TESTS = Path(BIN).parent / "tests/bench"
 ENDS += [f"{RESULTS}/table.csv", f"{RESULTS}/table.md", f"{RESULTS}/pictures.png", f"{RESULTS}/throttle.png"]
 
 PARTS = expand(f"{OUT}/drawn/{{grid}}.json", grid=GRIDS)
+if SWEEP["rounds"]:
+    PARTS += expand(f"{OUT}/times/{{grid}}.json", grid=GRIDS)
 if not SHORT:
-    PARTS += [f"{OUT}/drift.csv", f"{OUT}/memory.json"]
+    PARTS += [f"{OUT}/drift.csv", f"{OUT}/homogeneous.csv", f"{OUT}/memory.json"]
     if sweep.locate(_at_hand[SWEEP["peer"]["grid"]]):
         PARTS += [f"{OUT}/peer.json"]
 
-rule grid:
-    input:
-        "pipelines/curvilinear.py", [f"{BIN}/{tool}" for tool in ("vol-phantom", "curv-tricubic", "img-compare")]
-    output: f"{OUT}/drawn/{{grid}}.json"
-    params: asked=lambda w: [SWEEP["grids"][w.grid], *(SWEEP[k] for k in ("sizes", "rounds", "rays_rounds", "finest", "tolerance", "settings"))]
-    threads: ALL_CORES
-    shell: "{PYTHON} -B pipelines/curvilinear.py {SETTINGS} '{wildcards.grid}' --bin {BIN} -o {output}"
+_tools = ["pipelines/curvilinear.py", *(f"{BIN}/{tool}" for tool in ("vol-phantom", "curv-tricubic", "img-compare"))]
 
-# A program beside the tests.
+rule grid:
+    input: _tools
+    output: f"{OUT}/drawn/{{grid}}.json"
+    params: asked=lambda w: [SWEEP["grids"][w.grid], *(SWEEP[k] for k in ("sizes", "finest", "tolerance", "settings", "pictures"))]
+    threads: ALL_CORES
+    shell: "{PYTHON} -B pipelines/curvilinear.py pictures {SETTINGS} '{wildcards.grid}' --bin {BIN} -o {output}"
+
+rule times:
+    input: _tools
+    output: f"{OUT}/times/{{grid}}.json"
+    params: asked=lambda w: [SWEEP["grids"][w.grid], SWEEP["sizes"][0], *(SWEEP[k] for k in ("rounds", "tolerance", "settings"))]
+    threads: ALL_CORES
+    shell: "{PYTHON} -B pipelines/curvilinear.py times {SETTINGS} '{wildcards.grid}' --bin {BIN} -o {output}"
+
+# Programs beside the tests.
 rule drift:
     input: f"{TESTS}/forward_difference_drift"
     output: f"{OUT}/drift.csv"
+    threads: ALL_CORES
+    shell: "{input} > {output}"
+
+rule homogeneous:
+    input: f"{TESTS}/homogeneous_sheets"
+    output: f"{OUT}/homogeneous.csv"
     threads: ALL_CORES
     shell: "{input} > {output}"
 

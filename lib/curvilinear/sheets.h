@@ -13,8 +13,8 @@ namespace vol::curvilinear {
 
 /// What a sheet's opacity follows. layers, after Bethel 1993: opacities are those of a cell, whatever its
 /// size, and each of its n sheets has 1 - exp(-phi(a) / n), phi(a) = -log(1 - a). physical: opacities are for
-/// a reference length, and a piece of a sheet has 1 - exp(-phi(a) l / reference length), l the world length
-/// that light travels inside it.
+/// a reference length, and a sheet has 1 - exp(-phi(a) l / reference length) in a pixel whose ray travels the
+/// world length l inside it.
 enum class Thickness { layers, physical };
 
 struct SheetOptions {
@@ -22,7 +22,8 @@ struct SheetOptions {
   double beta = 1;
   Thickness thickness = Thickness::layers;
   CellOrder order = CellOrder::faces;
-  double throttle = 1;    ///< pixels from point to point and from sheet to sheet
+  /// Pixels from point to point (layers) and from sheet to sheet; physical: tolerances between points, too.
+  double throttle = 1;
   double thinned_by = 1;  ///< optical depths are divided by it: global_layers(), or 1
 };
 
@@ -35,8 +36,8 @@ struct SheetOptions {
 struct SheetCounts {
   std::int64_t cells = 0;      ///< that are not missing and meet the picture
   std::int64_t circles = 0;    ///< cut where the order by faces has none
-  std::int64_t sheets = 0;     ///< drawn, once for each band of 32 rows that a cell meets
-  std::int64_t points = 0;     ///< by forward differences
+  std::int64_t sheets = 0;     ///< drawn; layers: once for each band of 32 rows that a cell meets
+  std::int64_t points = 0;     ///< by forward differences; layers: likewise
   std::int64_t samples = 0;    ///< composited into a pixel
   std::int64_t redundant = 0;  ///< points that fall on a pixel their sheet has already
   std::int64_t holes = 0;  ///< pixels without a sample between two, on either side or above and below, with
@@ -52,9 +53,14 @@ struct SheetResult {
 /// by forward differences, step counts from the extent in the picture.
 ///
 /// layers: points at the middles of the steps, each composited into the pixel it falls into, once a sheet.
-/// physical: the paper's third remedy. Sheets are scan-converted as triangles between points (counts by a
-/// bound on second differences, a twentieth of a pixel and a thousandth of the value's range), so that pixel
-/// centres are met neither twice nor never, with the length l between the sheet's two faces along the ray.
+///
+/// physical: the paper's third remedy. The surfaces between sheets, and the cell's sides, are scan-converted
+/// as triangles; what a pixel's ray travels from one to the next is the length l. Points are as many as a
+/// bound on second differences asks for: chords miss the cell by a tenth of `throttle` pixels at most, values
+/// by `throttle` / 500 of their range. Cells whose sheets turn away from the eye are halved before. So a
+/// homogeneous medium comes out right at silhouettes too (tests/curvilinear/test_homogeneous.cpp). Not
+/// promised: the order of sheets where a ray passes through a cell back and forth, nor that of cells in a
+/// circle.
 ///
 /// \param values    of the points of every block
 /// \param reference_length  world length that opacities are for (physical)
