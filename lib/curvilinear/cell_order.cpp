@@ -39,17 +39,20 @@ struct Behind {
 
 std::int64_t put_in_order(std::vector<VisibleCell>& cells, const std::vector<Dims>& block_cells,
                           CellOrder order) {
-  // By number where depths are equal: the same picture on every machine.
-  std::sort(cells.begin(), cells.end(), [](const VisibleCell& a, const VisibleCell& b) {
-    return a.depth != b.depth   ? a.depth < b.depth
-           : a.block != b.block ? a.block < b.block
-                                : a.number < b.number;
-  });
+  // By their place, so block and number, where depths are equal: the same picture on every machine.
+  std::vector<std::pair<double, std::uint32_t>> nearest_first(cells.size());
+  for (std::size_t c = 0; c < cells.size(); ++c)
+    nearest_first[c] = {cells[c].depth, static_cast<std::uint32_t>(c)};
+  std::sort(nearest_first.begin(), nearest_first.end());
+  std::vector<VisibleCell> sorted;
+  sorted.reserve(cells.size());
+  for (const auto& [depth, c] : nearest_first) sorted.push_back(cells[c]);
+  cells = std::move(sorted);
   if (order == CellOrder::depth) return 0;
   Behind behind(cells, block_cells);
-  std::priority_queue<std::size_t, std::vector<std::size_t>, std::greater<>> ready;  // the nearest first
+  std::priority_queue<std::uint32_t, std::vector<std::uint32_t>, std::greater<>> ready;  // the nearest first
   for (std::size_t c = 0; c < cells.size(); ++c) {
-    if (behind.waits_for[c] == 0) ready.push(c);
+    if (behind.waits_for[c] == 0) ready.push(static_cast<std::uint32_t>(c));
   }
   std::vector<bool> done(cells.size(), false);
   std::vector<VisibleCell> ordered;
@@ -65,7 +68,7 @@ std::int64_t put_in_order(std::vector<VisibleCell>& cells, const std::vector<Dim
     for (const std::int32_t next : behind.of[c]) {
       if (next < 0) continue;
       const auto n = static_cast<std::size_t>(next);
-      if (--behind.waits_for[n] == 0 && !done[n]) ready.push(n);
+      if (--behind.waits_for[n] == 0 && !done[n]) ready.push(static_cast<std::uint32_t>(next));
     }
   }
   cells = std::move(ordered);

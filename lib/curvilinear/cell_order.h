@@ -23,7 +23,8 @@ struct VisibleCell {
 /// where such cells go round in a circle, the nearest of those left is taken.
 enum class CellOrder { depth, faces };
 
-/// Puts cells front to back. \param block_cells  of each block \returns how often a circle was cut
+/// Puts cells, which come by block and number, front to back. \param block_cells  of each block \returns how
+/// often a circle was cut
 std::int64_t put_in_order(std::vector<VisibleCell>& cells, const std::vector<Dims>& block_cells,
                           CellOrder order);
 

@@ -34,24 +34,35 @@ template <class T>
 ForwardDifferences<T>::ForwardDifferences(const Solid& solid, const Point4& origin, const Lattice& lattice)
     : lattice_(lattice) {
   require_steps(lattice);
+  // Control points that matter along each axis: all four, or the ends where the points are these.
+  std::size_t step[3];
+  for (std::size_t a = 0; a < 3; ++a) {
+    const bool ends =
+        lattice.steps[a] == 1 && lattice.first[static_cast<int>(a)] == 0 && lattice.counts[a] <= 2;
+    step[a] = ends ? 3 : 1;
+    if (ends) orders_[a] = 2;
+  }
   std::array<Point4, 64> g;
-  for (std::size_t n = 0; n < 64; ++n) g[n] = solid.b[n] - origin;
-  for (std::size_t axis = 0, stride = 1; axis < 3; ++axis, stride *= 4) {
-    const double first = lattice.first[static_cast<int>(axis)];
-    const bool ends = lattice.steps[axis] == 1 && first == 0 && lattice.counts[axis] <= 2;
-    for (std::size_t n = 0; n < 64; ++n) {
-      // Where the differences along an axis before are 0, all are.
-      if (n / stride % 4 != 0 || (axis > 0 && n % 4 >= orders_[0]) || (axis > 1 && n / 4 % 4 >= orders_[1]))
-        continue;
-      if (ends) {
-        g[n + stride] = g[n + 3 * stride] - g[n];
-        continue;
-      }
-      Point4 d[4];
-      differences(g[n], g[n + stride], g[n + 2 * stride], g[n + 3 * stride], first, lattice.steps[axis], d);
-      for (std::size_t r = 0; r < 4; ++r) g[n + r * stride] = d[r];
+  const auto along = [&](std::size_t axis, std::size_t n, std::size_t stride) {
+    if (orders_[axis] == 2) {
+      g[n + stride] = g[n + 3 * stride] - g[n];
+      return;
     }
-    if (ends) orders_[axis] = 2;
+    Point4 d[4];
+    differences(g[n], g[n + stride], g[n + 2 * stride], g[n + 3 * stride],
+                lattice.first[static_cast<int>(axis)], lattice.steps[axis], d);
+    for (std::size_t r = 0; r < 4; ++r) g[n + r * stride] = d[r];
+  };
+  for (std::size_t k = 0; k < 4; k += step[2]) {
+    for (std::size_t j = 0; j < 4; j += step[1]) {
+      const std::size_t row = 4 * j + 16 * k;
+      for (std::size_t i = 0; i < 4; i += step[0]) g[i + row] = solid.b[i + row] - origin;
+      along(0, row, 1);
+    }
+    for (std::size_t i = 0; i < orders_[0]; ++i) along(1, i + 16 * k, 4);
+  }
+  for (std::size_t j = 0; j < orders_[1]; ++j) {
+    for (std::size_t i = 0; i < orders_[0]; ++i) along(2, i + 4 * j, 16);
   }
   for (std::size_t j = 0; j < orders_[1]; ++j) {
     for (std::size_t i = 0; i < orders_[0]; ++i) {

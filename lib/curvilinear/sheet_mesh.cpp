@@ -9,33 +9,19 @@ namespace {
 /// values by the tolerance: h^2 / 8 of the second derivative along an axis (at most 6 times the largest
 /// second difference of control points), h^2 / 4 of the mixed one of u and v (9 times the mixed difference)
 /// across a piece cut in two.
-std::array<double, 3> flat_pieces(const Solid& solid, const Point4& centre, const Screen& screen,
+std::array<double, 3> flat_pieces(const LargestDifferences& d, const Point4& centre, const Screen& screen,
                                   const SheetFineness& fineness) {
   constexpr double kShare = 0.1;
   const double position = screen.pixels(centre.head<3>()) / (kShare * fineness.throttle);
   const double value = fineness.value_tolerance > 0 ? 1 / fineness.value_tolerance : 0;
-  // Of each coordinate the largest difference, which bounds all of them.
-  Eigen::Array4d bend[3], twist = Eigen::Array4d::Zero();
-  constexpr std::size_t kStride[3] = {1, 4, 16};
-  for (std::size_t a = 0; a < 3; ++a) {
-    const std::size_t s = kStride[a];
-    bend[a].setZero();
-    for (std::size_t n = 0; n < 64; ++n) {
-      if (n / s % 4 < 2)
-        bend[a] = bend[a].max((solid.b[n] - 2 * solid.b[n + s] + solid.b[n + 2 * s]).array().abs());
-    }
-  }
-  for (std::size_t n = 0; n < 64; ++n) {
-    if (n % 4 < 3 && n / 4 % 4 < 3)
-      twist = twist.max(((solid.b[n] - solid.b[n + 1]) - (solid.b[n + 4] - solid.b[n + 5])).array().abs());
-  }
-  const auto measure = [&](const Eigen::Array4d& d) {
-    return std::max(position * d.head<3>().matrix().norm(), value * d[3]);
+  const auto measure = [&](const Eigen::Array4f& difference) {
+    const Eigen::Array4d e = difference.cast<double>();
+    return std::max(position * e.head<3>().matrix().norm(), value * e[3]);
   };
   // The sum of the three errors across a surface within 1: half for the bends, half for the twist.
   std::array<double, 3> pieces{};
-  for (std::size_t a = 0; a < 3; ++a) pieces[a] = std::max(1.0, std::sqrt(6 * measure(bend[a]) / 2));
-  const double mixed = 9 * measure(twist) / 4 / (pieces[0] * pieces[1]);
+  for (std::size_t a = 0; a < 3; ++a) pieces[a] = std::max(1.0, std::sqrt(6 * measure(d.second[a]) / 2));
+  const double mixed = 9 * measure(d.mixed) / 4 / (pieces[0] * pieces[1]);
   if (mixed > 0.5) {
     for (std::size_t a = 0; a < 2; ++a) pieces[a] *= std::sqrt(2 * mixed);
   }
@@ -51,8 +37,9 @@ Point4 middle(const Solid& solid) {
 
 Lattice surfaces(const Solid& solid, const Point4& centre, const Screen& screen,
                  const SheetFineness& fineness) {
-  const Extents e = extents(solid, screen);
-  const std::array<double, 3> pieces = flat_pieces(solid, centre, screen, fineness);
+  const LargestDifferences differences(solid, centre);
+  const Extents e = extents(solid, differences, screen);
+  const std::array<double, 3> pieces = flat_pieces(differences, centre, screen, fineness);
   Lattice lattice;
   for (std::size_t a = 0; a < 3; ++a) {
     // Pieces of less than a pixel show no more.

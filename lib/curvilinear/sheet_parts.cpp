@@ -55,26 +55,52 @@ Solid oriented(const Solid& seen, const Screen& screen) {
   return put;
 }
 
-Extents extents(const Solid& seen, const Screen& screen) {
+LargestDifferences::LargestDifferences(const Solid& seen, const Point4& origin) {
+  Eigen::Array4f b[64], d[64];
+  for (std::size_t n = 0; n < 64; ++n) b[n] = (seen.b[n] - origin).cast<float>().array();
+  mixed.setZero();
+  for (std::size_t a = 0, stride = 1; a < 3; ++a, stride *= 4) {
+    first[a].setZero();
+    second[a].setZero();
+    for (std::size_t n = 0; n < 64; ++n) {
+      const std::size_t at = n / stride % 4;
+      if (at == 3) continue;
+      d[n] = b[n + stride] - b[n];
+      first[a] = first[a].max(d[n].abs());
+      if (at > 0) second[a] = second[a].max((d[n] - d[n - stride]).abs());
+      if (a == 0 && n / 4 % 4 > 0) mixed = mixed.max((d[n] - d[n - 4]).abs());
+    }
+  }
+}
+
+Extents extents(const Solid& seen, const LargestDifferences& differences, const Screen& screen) {
   Extents e;
   std::array<Eigen::Vector2d, 64> image;
+  double pixels = screen.is_perspective() ? 0 : 1;
   if (screen.is_perspective()) {
-    for (std::size_t n = 0; n < 64; ++n) image[n] = screen.project(seen.b[n].head<3>());
-  }
-  for (std::size_t a = 0, stride = 1; a < 3; ++a, stride *= 4) {
-    Eigen::Array4d largest = Eigen::Array4d::Zero();  // of each coordinate
-    double across = 0, pixels = screen.is_perspective() ? 0 : 1;
     for (std::size_t n = 0; n < 64; ++n) {
-      if (n / stride % 4 == 3) continue;
-      largest = largest.max((seen.b[n + stride] - seen.b[n]).array().abs());
-      if (!screen.is_perspective()) continue;
-      across = std::max(across, (image[n + stride] - image[n]).cwiseAbs().maxCoeff());
+      image[n] = screen.project(seen.b[n].head<3>());
       pixels = std::max(pixels, screen.pixels(seen.b[n].head<3>()));
     }
-    e.across[a] = 3 * (screen.is_perspective() ? across : largest.head<2>().maxCoeff());
+  }
+  for (std::size_t a = 0, stride = 1; a < 3; ++a, stride *= 4) {
+    const Eigen::Array4d largest = differences.first[a].cast<double>();
+    double across = largest.head<2>().maxCoeff();
+    if (screen.is_perspective()) {
+      across = 0;
+      for (std::size_t n = 0; n < 64; ++n) {
+        if (n / stride % 4 < 3)
+          across = std::max(across, (image[n + stride] - image[n]).cwiseAbs().maxCoeff());
+      }
+    }
+    e.across[a] = 3 * across;
     e.length[a] = 3 * pixels * largest.head<3>().matrix().norm();
   }
   return e;
+}
+
+Extents extents(const Solid& seen, const Screen& screen) {
+  return extents(seen, LargestDifferences(seen, seen.b[0]), screen);
 }
 
 int step_count(double extent, double throttle) {

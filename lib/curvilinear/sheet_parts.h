@@ -52,7 +52,7 @@ struct Band {
   struct alignas(16) Pixel {
     float r = 0, g = 0, b = 0, transmittance = 1;
   };
-  int width, top, bottom;
+  int width = 0, top = 0, bottom = 0;
   std::vector<Pixel> pixels;
   std::vector<std::int32_t> samples;  ///< of each pixel
   std::vector<std::int32_t> sheets;   ///< of each pixel, the last that drew there; of layers only
@@ -66,6 +66,7 @@ struct Band {
   std::int32_t solid = 0;
   SheetCounts counts;
 
+  Band() = default;
   Band(int image_width, int first, int end) : width(image_width), top(first), bottom(end) {
     const auto count = static_cast<std::size_t>(image_width) * static_cast<std::size_t>(end - first);
     pixels.resize(count);
@@ -97,6 +98,16 @@ struct Extents {
   double length[3] = {};
 };
 [[nodiscard]] Extents extents(const Solid& seen, const Screen& screen);
+
+/// The largest differences of neighbouring control points, of each coordinate (x, y, z, value): first and
+/// second along each axis, and mixed along the first two. In float, less an origin near the solid, so that
+/// they are those of the solid to 1e-6 of its size.
+struct LargestDifferences {
+  Eigen::Array4f first[3], second[3], mixed;
+  LargestDifferences(const Solid& seen, const Point4& origin);
+};
+/// The same; what they give is only more in perspective.
+[[nodiscard]] Extents extents(const Solid& seen, const LargestDifferences& differences, const Screen& screen);
 
 /// Points by which steps of `throttle` do not exceed an extent; 1 to kMostSteps.
 [[nodiscard]] int step_count(double extent, double throttle);

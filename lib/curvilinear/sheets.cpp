@@ -53,10 +53,12 @@ class Sheets {
         image::Image(camera_.image_width(), camera_.image_height(), {"R", "G", "B", "A", "samples"}), {}};
     // A pixel's samples come in the order of the cells, whatever the bands and the threads.
     constexpr int kRows = 32;
-    std::vector<Band> bands;
-    for (int top = 0; top < camera_.image_height(); top += kRows) {
-      bands.emplace_back(camera_.image_width(), top, std::min(top + kRows, camera_.image_height()));
-    }
+    const int height = camera_.image_height();
+    std::vector<Band> bands(static_cast<std::size_t>((height + kRows - 1) / kRows));
+    each(bands, [&](Band& band) {
+      const int top = kRows * static_cast<int>(&band - bands.data());
+      band = Band(camera_.image_width(), top, std::min(top + kRows, height));
+    });
     if (options_.thickness == Thickness::layers) {
       each(bands, [&](Band& band) { draw_cells(band); });
     } else {
@@ -244,13 +246,19 @@ class Sheets {
     const auto met = [&](int x, int y) {
       return x >= 0 && x < image.width && y >= 0 && y < image.height && image.at(x, y, 4) > 0;
     };
-    std::int64_t count = 0;
-    for (int y = 0; y < image.height; ++y) {
-      for (int x = 0; x < image.width; ++x) {
-        count += !met(x, y) && ((met(x - 1, y) && met(x + 1, y)) || (met(x, y - 1) && met(x, y + 1)));
-      }
-    }
-    return count;
+    constexpr std::int64_t kGrain = 32;
+    return parallel_reduce<std::int64_t>(
+        0, image.height, kGrain,
+        [&](std::int64_t top, std::int64_t bottom) {
+          std::int64_t count = 0;
+          for (int y = static_cast<int>(top); y < bottom; ++y) {
+            for (int x = 0; x < image.width; ++x) {
+              count += !met(x, y) && ((met(x - 1, y) && met(x + 1, y)) || (met(x, y - 1) && met(x, y + 1)));
+            }
+          }
+          return count;
+        },
+        [](std::int64_t& sum, std::int64_t part) { sum += part; });
   }
 };
 
