@@ -48,13 +48,21 @@ rule memory:
     threads: ALL_CORES
     shell: "{PYTHON} -B pipelines/curvilinear_memory.py --bin {BIN} -o {output}"
 
+_peer_tools = ["pipelines/curvilinear_peer.py", "pipelines/peers/vtk_grid.py", *(f"{BIN}/{tool}" for tool in ("curv-tricubic", "img-compare"))]
+
+rule peer_truth:
+    input: _peer_tools
+    output: f"{OUT}/peer/truth.json"
+    params: asked=[SWEEP["peer"].get(k) for k in ("grid", "view", "refined")]
+    threads: ALL_CORES
+    shell: "{PYTHON} -B pipelines/curvilinear_peer.py truth {SETTINGS} --bin {BIN} -o {output}"
+
 rule peer:
-    input:
-        "pipelines/curvilinear_peer.py", "pipelines/peers/vtk_grid.py", [f"{BIN}/{tool}" for tool in ("curv-tricubic", "img-compare")]
+    input: f"{OUT}/peer/truth.json", _peer_tools
     output: f"{OUT}/peer.json"
     params: asked=SWEEP["peer"]
     threads: ALL_CORES
-    shell: "{PYTHON} -B pipelines/curvilinear_peer.py {SETTINGS} --bin {BIN} -o {output}"
+    shell: "{PYTHON} -B pipelines/curvilinear_peer.py frames {SETTINGS} --bin {BIN} -o {output}"
 
 rule table:
     input: "pipelines/curvilinear_table.py", SETTINGS, found=PARTS

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""VTK's unstructured-grid volume mappers beside curv-tricubic: one grid carrying a field known in closed form, every frame's time
-and its error against the field itself, drawn by rays on a refined grid."""
+"""VTK's unstructured-grid volume mappers beside curv-tricubic on one grid carrying a field known in closed form. `truth`: the field
+itself, drawn by rays on a refined grid; `frames`: every frame's time and its error against that."""
 
 import importlib.util
 import json
@@ -52,66 +52,75 @@ class Worker:
         self.process.wait()
 
 
-def main():
-    arguments = records.tool_arguments(__doc__, "settings")
-    output = pathlib.Path(arguments.output)
-    if not shutil.which("xvfb-run") or not importlib.util.find_spec("vtk"):
-        output.write_text(json.dumps({"absent": "python3-vtk9 or xvfb is not installed"}))
-        return
-    settings = json.loads(pathlib.Path(arguments.settings).read_text())
-    sweep_of, folder = settings["sweep"], (pathlib.Path(settings["out"]) / "peer").resolve()
-    asked, size = sweep_of["peer"], sweep_of["sizes"][0]
-    folder.mkdir(parents=True, exist_ok=True)
+def truth(asked, size, tolerance, binaries, folder):
     entry = yaml.safe_load((sweep.ROOT / "configs/data.yaml").read_text())["grids"][asked["grid"]]
-    coarse, refined, scene = folder / "coarse.vts", folder / "refined.vts", folder / "scene.yaml"
-    made = subprocess.run([*MAKER, "make", sweep.locate(entry), sweep.locate({"file": entry["solution"]}), str(asked["refined"]), coarse,
-                           refined], check=True, stdout=subprocess.PIPE, text=True)
+    made = subprocess.run([*MAKER, "make", sweep.locate(entry), sweep.locate({"file": entry["solution"]}), str(asked["refined"]),
+                           folder / "coarse.vts", folder / "refined.vts"], check=True, stdout=subprocess.PIPE, text=True)
     box = json.loads(made.stdout)
-    width = WIDTH * box["longest"]
-    scene.write_text(yaml.safe_dump({"camera": {"target": box["centre"]}, "reference_length": UNIT, "transfer": transfer()}))
-    azimuth, elevation = (float(x) for x in asked["view"].split(","))
-
-    def words(grid, turn=0):
-        return [str(grid), "--variable", "field", "--scene", str(scene), "--view", f"{azimuth + turn},{elevation}", "--width", str(width)]
-
-    curvilinear.Drawer(arguments.bin, words(refined), size, folder).draw(f"--method rays --tolerance {sweep_of['tolerance']}", "truth")
-    truth = folder / "truth.exr"
+    scene = {"camera": {"target": box["centre"]}, "reference_length": UNIT, "transfer": transfer()}
+    (folder / "scene.yaml").write_text(yaml.safe_dump(scene))
+    words = words_of(asked, folder, "refined", box)
+    curvilinear.Drawer(binaries, words, size, folder).draw(f"--method rays --tolerance {tolerance}", "truth")
     rounds.say("peer: the truth")
-    described = {"extinction": EXTINCTION, "colours": COLOURS, "unit": UNIT, "width": width, "centre": box["centre"], "elevation": elevation,
-                 "size": int(size.split("x")[0])}
+    return box
+
+
+def words_of(asked, folder, grid, box, turn=0):
+    azimuth, elevation = (float(x) for x in asked["view"].split(","))
+    return [str(folder / f"{grid}.vts"), "--variable", "field", "--scene", str(folder / "scene.yaml"), "--view", f"{azimuth + turn},{elevation}",
+            "--width", str(WIDTH * box["longest"])]
+
+
+def frames(asked, size, binaries, folder):
+    box = json.loads((folder / "truth.json").read_text())
+    azimuth, elevation = (float(x) for x in asked["view"].split(","))
+    described = {"extinction": EXTINCTION, "colours": COLOURS, "unit": UNIT, "width": WIDTH * box["longest"], "centre": box["centre"],
+                 "elevation": elevation, "size": int(size.split("x")[0])}
     turn = [0]
-    errors, contenders, workers = {}, {}, []
+    errors, seconds, contenders, workers = {}, {}, {}, []
     for name, mapper in asked["mappers"].items():
-        worker = Worker(coarse, described, 2, mapper)
+        worker = Worker(folder / "coarse.vts", described, 2, mapper)
         workers.append(worker)
         name = f"VTK, {name}"
         picture = folder / f"{mapper}.tif"
         worker.ask(azimuth)
         worker.ask(azimuth, picture)
-        errors[name] = curvilinear.Drawer(arguments.bin, [], size, folder).compare(picture, truth)
+        errors[name] = curvilinear.Drawer(binaries, [], size, folder).compare(picture, folder / "truth.exr")
         # A hair further round, so that nothing is served from a cache.
         contenders[name] = lambda w=worker: min(w.ask(azimuth + turn[0] + 1e-3 * k) for k in range(2))
     for name, options in asked["ours"].items():
-        drawer = curvilinear.Drawer(arguments.bin, words(coarse), size, folder)
-        drawer.draw(options, "ours")
-        errors[name] = drawer.compare(folder / "ours.exr", truth)
-        repeat = 1 if "rays" in name else 3
-        contenders[name] = lambda o=options, r=repeat: curvilinear.Drawer(arguments.bin, words(coarse, turn[0]), size, folder).seconds(
-            f"{o} --threads 2", r)
+        def drawer():
+            return curvilinear.Drawer(binaries, words_of(asked, folder, "coarse", box, turn[0]), size, folder)
+        options += " --threads 2"
+        stats = drawer().draw(options, "ours")
+        errors[name] = drawer().compare(folder / "ours.exr", folder / "truth.exr")
+        if "rays" in name:  # once is long enough
+            seconds[name] = [stats["time_s"]["phases"]["render"]]
+        else:
+            contenders[name] = lambda o=options, d=drawer: d().seconds(o, 3)
     rounds.say(f"peer: {len(errors)} pictures")
 
     def before(number):
         turn[0] = max(number, 0)
 
-    quick = {name: c for name, c in contenders.items() if not name.startswith("rays")}
-    seconds = rounds.interleaved(quick, asked["rounds"], before=before)
-    turn[0] = 0
-    for name in contenders.keys() - quick.keys():
-        seconds[name] = [contenders[name]()]
+    seconds = {**rounds.interleaved(contenders, asked["rounds"], before=before), **seconds}
     for worker in workers:
         worker.close()
-    output.write_text(json.dumps({"rows": [{"name": name, "rmse": errors[name][0], "max": errors[name][1], "seconds": seconds[name]}
-                                           for name in contenders]}, indent=1))
+    return {"rows": [{"name": name, "rmse": errors[name][0], "max": errors[name][1], "seconds": seconds[name]} for name in errors]}
+
+
+def main():
+    arguments = records.tool_arguments(__doc__, "what", "settings")
+    settings = json.loads(pathlib.Path(arguments.settings).read_text())
+    sweep_of, folder = settings["sweep"], (pathlib.Path(settings["out"]) / "peer").resolve()
+    folder.mkdir(parents=True, exist_ok=True)
+    if not shutil.which("xvfb-run") or not importlib.util.find_spec("vtk"):
+        found = {"absent": "python3-vtk9 or xvfb is not installed"}
+    elif arguments.what == "truth":
+        found = truth(sweep_of["peer"], sweep_of["sizes"][0], sweep_of["tolerance"], arguments.bin, folder)
+    else:
+        found = frames(sweep_of["peer"], sweep_of["sizes"][0], arguments.bin, folder)
+    pathlib.Path(arguments.output).write_text(json.dumps(found, indent=1))
 
 
 if __name__ == "__main__":

@@ -112,6 +112,43 @@ INSTANTIATE_TEST_SUITE_P(Phantoms, Sheets,
                            return name;
                          });
 
+// Where the field varies too, sheets come to the integral along the rays as the throttle falls.
+TEST(SheetsOfAField, ApproachTheIntegral) {
+  const Grid grid = make_phantom("twisted-box", {5, 6, 8}, "marschner-lobb", 1);
+  const std::vector<std::vector<double>> values{grid.blocks[0].arrays[0].values};
+  render::Scene scene;
+  scene.view = from_above();
+  scene.transfer = transfer::TransferFunction({{0, Vec3(0, 0, 1)}, {1, Vec3(1, 0.5, 0)}}, {{0, 0}, {1, 0.9}});
+  scene.reference_length = 0.5;
+  render::RenderOptions options;
+  options.width = options.height = 120;
+  options.tolerance = 1e-7;
+  const SolidRays rays(grid, values, CellKind::tricubic, 1);
+  const image::Image right = cast_solids(rays, scene, options).image;
+  const camera::Camera camera(scene.view, grid.bounds().centre(), grid.bounds().size().maxCoeff(), 120, 120);
+  const auto error = [&](double throttle) {
+    SheetOptions sheets;
+    sheets.thickness = Thickness::physical;
+    sheets.throttle = throttle;
+    const auto drawn =
+        draw_sheets(grid, values, camera, scene.transfer, scene.reference_length, sheets).image;
+    double sum = 0;
+    for (int y = 0; y < 120; ++y) {
+      for (int x = 0; x < 120; ++x) {
+        for (int c = 0; c < 4; ++c) sum += std::pow(drawn.at(x, y, c) - right.at(x, y, c), 2);
+      }
+    }
+    return std::sqrt(sum / (120 * 120 * 4));
+  };
+  const double coarse = error(8), middle = error(2), fine = error(0.5);
+  SCOPED_TRACE(std::to_string(coarse) + ' ' + std::to_string(middle) + ' ' + std::to_string(fine));
+  // Second order in the sheets, and tolerances in proportion to the throttle: a quarter of it, a quarter at
+  // most.
+  EXPECT_LT(middle, coarse / 3);
+  EXPECT_LT(fine, middle / 3);
+  EXPECT_LT(fine, 3e-4);
+}
+
 TEST(SheetsOfPerspectiveViews, FollowTheLength) {
   camera::View view = from_above();
   view.projection = camera::Projection::perspective;

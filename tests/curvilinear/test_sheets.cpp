@@ -6,7 +6,7 @@
 #include "base/parallel.h"
 #include "curvilinear/halves.h"
 #include "curvilinear/phantom.h"
-#include "curvilinear/sheet_parts.h"
+#include "curvilinear/sheet_mesh.h"
 #include "curvilinear/sheets.h"
 #include "random_block.h"
 
@@ -187,6 +187,67 @@ TEST(Physical, OpacityIsThatOfTheChordOfASkewBox) {
       EXPECT_LT(f.largest, perspective ? 2e-2 : 1e-4) << throttle;
     }
   }
+}
+
+// A solid too large for one go comes in several, whose first surface is the last of the one before.
+TEST(SheetMaker, InSeveralGoesTheSamePicture) {
+  const Grid grid = make_phantom("half-torus", {4, 2, 2}, "ramp", 1);
+  const Screen screen(camera_for(grid, 20, 40, 90, 80));
+  const Block seen = screen.view(grid.blocks[0]);
+  const Solid solid =
+      oriented(Solids(seen, grid.blocks[0].arrays[0].values, CellKind::tricubic, 1)({1, 0, 0}), screen);
+  const TransferTable table(constant(0.5), 1);
+  const auto drawn = [&](std::size_t budget, std::size_t& goes) {
+    SheetMaker maker(solid, screen, {1, 0.01, 0.1});
+    Band band(90, 0, 80);
+    goes = 0;
+    for (; !maker.done(); ++goes) {
+      SheetMeshes meshes;
+      maker.make(budget, meshes);
+      const SheetMeshes* one[] = {&meshes};
+      scan_sheets(one, table, band);
+    }
+    return band;
+  };
+  std::size_t once = 0, often = 0;
+  const Band whole = drawn(1 << 20, once), pieces = drawn(1, often);
+  EXPECT_EQ(once, 1U);
+  EXPECT_GT(often, 10U);
+  EXPECT_GT(whole.counts.samples, 1000);
+  EXPECT_EQ(whole.counts.samples, pieces.counts.samples);
+  for (std::size_t n = 0; n < whole.pixels.size(); ++n) {
+    EXPECT_EQ(whole.pixels[n].transmittance, pieces.pixels[n].transmittance);
+  }
+}
+
+TEST(LargestDifferences, AreThoseOfTheControlPoints) {
+  const Block block = random_block({4, 4, 4}, 21);
+  const Solid solid = Solids(block, block.arrays[0].values, CellKind::tricubic, 1)({1, 1, 1});
+  const LargestDifferences found(solid, solid.b[0]);
+  const auto b = [&](std::array<std::size_t, 3> at) { return solid.b[at[0] + 4 * (at[1] + 4 * at[2])]; };
+  Point4 first[3], second[3], mixed = Point4::Zero();
+  for (int a = 0; a < 3; ++a) first[a] = second[a] = Point4::Zero();
+  for (std::size_t n = 0; n < 64; ++n) {
+    const std::array<std::size_t, 3> at{n % 4, n / 4 % 4, n / 16};
+    for (std::size_t a = 0; a < 3; ++a) {
+      auto one = at, two = at;
+      one[a] += 1;
+      two[a] += 2;
+      if (one[a] < 4) first[a] = first[a].cwiseMax((b(one) - b(at)).cwiseAbs());
+      if (two[a] < 4) second[a] = second[a].cwiseMax((b(two) - 2 * b(one) + b(at)).cwiseAbs());
+    }
+    if (at[0] < 3 && at[1] < 3) {
+      const Point4 d = b({at[0] + 1, at[1] + 1, at[2]}) - b({at[0] + 1, at[1], at[2]}) -
+                       b({at[0], at[1] + 1, at[2]}) + b(at);
+      mixed = mixed.cwiseMax(d.cwiseAbs());
+    }
+  }
+  constexpr double kFloat = 2e-6;  // some roundings of local coordinates below 4
+  for (std::size_t a = 0; a < 3; ++a) {
+    EXPECT_LT((found.first[a].cast<double>().matrix() - first[a]).cwiseAbs().maxCoeff(), kFloat);
+    EXPECT_LT((found.second[a].cast<double>().matrix() - second[a]).cwiseAbs().maxCoeff(), kFloat);
+  }
+  EXPECT_LT((found.mixed.cast<double>().matrix() - mixed).cwiseAbs().maxCoeff(), kFloat);
 }
 
 // A long cell whose far end is nearer to the eye than anything of the one in front of it: Bethel's figure 5.
