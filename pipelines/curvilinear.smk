@@ -7,7 +7,7 @@ ENDS += [f"{RESULTS}/table.csv", f"{RESULTS}/table.md", f"{RESULTS}/pictures.png
 
 PARTS = expand(f"{OUT}/drawn/{{grid}}.json", grid=GRIDS)
 if SWEEP["rounds"]:
-    PARTS += expand(f"{OUT}/times/{{grid}}.json", grid=GRIDS)
+    PARTS += expand(f"{OUT}/times/{{grid}}.json", grid=[g for g in GRIDS if g not in SWEEP["untimed"]])
 if not SHORT:
     PARTS += [f"{OUT}/drift.csv", f"{OUT}/homogeneous.csv", f"{OUT}/memory.json"]
     if sweep.locate(_at_hand[SWEEP["peer"]["grid"]]):

@@ -95,7 +95,7 @@ def frames(asked, size, binaries, folder):
         stats = drawer().draw(options, "ours")
         errors[name] = drawer().compare(folder / "ours.exr", folder / "truth.exr")
         if "rays" in name:  # once is long enough
-            seconds[name] = [stats["time_s"]["phases"]["render"]]
+            seconds[name] = stats["time_s"]["phases"]["render"]
         else:
             contenders[name] = lambda o=options, d=drawer: d().seconds(o, 3)
     rounds.say(f"peer: {len(errors)} pictures")

@@ -29,11 +29,15 @@ def lines(header, rows):
     return "\n" + "".join("| " + " | ".join(map(str, line)) + " |\n" for line in table)
 
 
+def timed(grid):
+    return bool(grid["seconds"])
+
+
 def tricubic_over_trilinear(grids, asked):
     text = ("\n## Tricubic over trilinear\n\nTimes are medians of interleaved runs, all threads, of the picture alone. The paper's are seconds on"
             " a Sun 4/690MP; its trilinear ones compute\nthe tricubic control points too, ours do not.\n")
     rows = []
-    for grid in grids:
+    for grid in filter(timed, grids):
         paper = asked["grids"][grid["grid"]].get("published")
         said = f"{paper['tricubic']} / {paper['trilinear']} = {paper['tricubic'] / paper['trilinear']:.2f}" if paper else ""
         seconds = grid["seconds"]
@@ -45,19 +49,19 @@ def tricubic_over_trilinear(grids, asked):
 
 def sheets_and_rays(grids, asked):
     text = ("\n## Sheets of physical thickness and rays\n\nRMSE and largest difference of linear colours from the same picture by rays, tolerance"
-            f" {asked['tolerance']}, which has no holes;\n*rays / sheets*: times.\n")
+            f" {asked['tolerance']}, which has no holes;\n*rays / sheets*: times. Differences near 1 are single pixels where the tricubic value leaves the range of the grid's points: there the\ndefault transfer function is opaque, and a sheet knows values only at its two ends.\n")
     rows = []
     names = [name for name, setting in asked["settings"].items() if "physical" in setting.get("options", "")]
     for grid in grids:
         for name in names:
             drawn = next(d for d in grid["drawn"] if d["setting"] == name and d["size"] == asked["sizes"][0])
             ms, ratio = "", ""
-            if grid["seconds"]:
+            if timed(grid):
                 reference = statistics.median(grid["seconds"]["rays trilinear" if "trilinear" in name else "rays"])
                 own = statistics.median(grid["seconds"][name])
                 ms, ratio = f"{1e3 * own:.1f}", f"{reference / own:.1f}"
             rows.append([grid["grid"], name, f"{drawn['rmse']:.2g}", f"{drawn['max']:.2g}", drawn["counts"]["holes"], ms, ratio])
-        if grid["seconds"]:
+        if timed(grid):
             rows.append([grid["grid"], "rays", "", "", 0, f"{1e3 * statistics.median(grid['seconds']['rays']):.0f}", "1"])
     return text + lines(["grid", "setting", "RMSE", "largest", "holes", "ms", "rays / sheets"], rows)
 
@@ -113,20 +117,22 @@ def sheet(path, grids, asked):
 
 def throttle_plot(path, grids, asked):
     """Error over throttle, sheets of physical thickness; and over time where there are times."""
-    timed = any(grid["seconds"] for grid in grids)
-    figure, axes = plt.subplots(1, 2 if timed else 1, figsize=(10 if timed else 5, 4), squeeze=False)
+    plots = 2 if any(map(timed, grids)) else 1
+    figure, axes = plt.subplots(1, plots, figsize=(5 * plots, 4), squeeze=False)
     settings = {name: s.get("throttle", 1) for name, s in asked["settings"].items() if s.get("options") == "--thickness physical"}
     ordered = sorted(settings, key=settings.get)
     for grid in grids:
         errors = {d["setting"]: d["rmse"] for d in grid["drawn"] if d["size"] == asked["sizes"][0]}
         axes[0][0].loglog([settings[n] for n in ordered], [errors[n] for n in ordered], "o-", label=grid["grid"])
-        if timed:
-            axes[0][1].loglog([1e3 * statistics.median(grid["seconds"][n]) for n in ordered], [errors[n] for n in ordered], "o-")
+        if timed(grid):
+            axes[0][1].loglog([1e3 * statistics.median(grid["seconds"][n]) for n in ordered], [errors[n] for n in ordered], "o-",
+                              label=grid["grid"])
     axes[0][0].set_xlabel("throttle, pixels")
     axes[0][0].set_ylabel("RMSE against rays")
     axes[0][0].legend(fontsize=7)
-    if timed:
+    if plots > 1:
         axes[0][1].set_xlabel("ms")
+        axes[0][1].legend(fontsize=7)
     figure.tight_layout()
     figure.savefig(path, dpi=110, metadata={"Software": None})
 
@@ -151,7 +157,7 @@ def main():
     text = (f"# Curvilinear grids by sheets and rays\n\n{asked['sizes'][0]} pixels where nothing else is said. The delta wing is a phantom of the"
             " paper's size and kind, 40 x 80 x 40: the original grid is not\npublic. Pictures: [contact sheet](pictures.png); errors by"
             " throttle and time: [plot](throttle.png).\n")
-    if all(grid["seconds"] for grid in grids):
+    if any(map(timed, grids)):
         text += tricubic_over_trilinear(grids, asked)
     text += sheets_and_rays(grids, asked)
     for name, write, load in (("peer", peers, lambda path: json.loads(path.read_text())), ("homogeneous", homogeneous, records.read_csv),
@@ -165,7 +171,7 @@ def main():
     header = [*rows[0], "ms"]
     seconds = {(grid["grid"], name): statistics.median(s) for grid in grids for name, s in grid["seconds"].items()}
     text += lines(header, [[*row.values(), f"{1e3 * seconds[row['grid'], row['setting']]:.1f}"
-                            if row["size"] == asked["sizes"][0] and seconds else ""] for row in rows])
+                            if row["size"] == asked["sizes"][0] and (row["grid"], row["setting"]) in seconds else ""] for row in rows])
     (folder / "table.md").write_text(text)
     sheet(folder / "pictures.png", grids, asked)
     throttle_plot(folder / "throttle.png", grids, asked)
