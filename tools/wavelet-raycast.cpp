@@ -73,7 +73,9 @@ void declare(CLI::App& app, Options& o) {
          "--depth", o.expansion.depth,
          "Basis functions are cubic splines through their values at multiples of 2^-DEPTH, 1 to 14 "
          "(haar and battle-lemarie are exact). daubechies-4 and coiflet-6 are rough: up to 0.08 off at depth "
-         "6, 0.02 at 10")
+         "6, 0.02 at 10. Coefficients of --initialise interpolate go through the voxels from a depth of "
+         "their "
+         "levels on")
       ->check(CLI::Range(1, wavelet::kMaxDepth))
       ->capture_default_str()
       ->group(accuracy);

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "volume/grid_sampler.h"
+#include "wavelet/initialisation.h"
 #include "wavelet/layout.h"
 #include "wavelet/spline_basis.h"
 
@@ -198,6 +199,7 @@ Expansion::Expansion(Decomposition<T> decomposition, const ExpansionOptions& opt
     }
   }
   const Wavelet wavelet = make_wavelet(decomposition.wavelet);
+  const double shift = expansion_shift(wavelet, decomposition.initialisation);
   const Prototypes prototypes = make_prototypes(wavelet, options.depth);
   phi_deviation_ = prototypes.phi_deviation;
   psi_deviation_ = prototypes.psi_deviation;
@@ -214,7 +216,7 @@ Expansion::Expansion(Decomposition<T> decomposition, const ExpansionOptions& opt
         band.period[i] = extended[i] >> subband.level;
         band.factor[i] = number_of(periodised(detail ? prototypes.psi : prototypes.phi, band.period[i]));
         band.scale[a] = std::ldexp(1.0, subband.level);
-        band.shift[a] = wavelet.mean;
+        band.shift[a] = shift;
         band.weight /= std::sqrt(band.scale[a]);
       }
       band.lower[a] = function(band.factor[i]).lower;

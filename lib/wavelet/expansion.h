@@ -77,10 +77,11 @@ struct ExpansionOptions {
 
 /// The field that a wavelet transform stands for, without rebuilding its samples (Gross, Lippert, Dreger &
 /// Koch 1995, section 4.1):
-///   f(x) = sum_j c[j] w_j(x),  w_j a product of phi(2^-m (x + mu) - k) or psi(...) times 2^(-m/2) an axis,
-/// x in samples, mu the first moment of phi, so that pictures do not shift: equal to sum_k c0[k] phi(x - k +
-/// mu), c0 the samples that the inverse transform gives, up to the deviation of the prototypes. It does not
-/// interpolate c0 but for Haar. What the transform extended the volume by lies outside the bounds; the
+///   f(x) = sum_j c[j] w_j(x),  w_j a product of phi(2^-m (x + s) - k) or psi(...) times 2^(-m/2) an axis,
+/// x in samples: equal to sum_k c0[k] phi(x - k + s), c0 the finest coefficients, up to the deviation of the
+/// prototypes. Where c0 are the samples, s is mu, the first moment of phi, so that pictures do not shift, and
+/// f does not go through them but for Haar; coefficients of `interpolate` take f through all voxels
+/// (initialisation.h). What the transform extended the volume by lies outside the bounds; the
 /// transform's period is that of the extended box, and functions that reach over its end come in on the other
 /// side. Along an axis of one sample f is constant. A FieldSampler. Only coefficients that are not zero are
 /// stored and visited, once for each place where their function meets the box; those of a band turned into
