@@ -143,4 +143,13 @@ class Expansion {
                                    const Vec3& origin, const Vec3& direction, double begin, double end,
                                    std::int64_t* pieces = nullptr);
 
+/// The same interval by interval: between two knots of the function's factors that the line crosses.
+struct LineInterval {
+  double to = 0;        ///< where it ends; it begins where the one before does
+  double integral = 0;  ///< c (W(to) - W(from)), Gross et al., eq. 37
+};
+/// In the order of t; none where the line misses the function.
+void line_intervals(const Expansion& expansion, const Band& band, const Term& term, const Vec3& origin,
+                    const Vec3& direction, double begin, double end, std::vector<LineInterval>& intervals);
+
 }  // namespace vol::wavelet
