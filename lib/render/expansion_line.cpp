@@ -1,5 +1,7 @@
 #include "render/expansion_line.h"
 
+#include <cmath>
+
 namespace vol::render {
 
 void ExpansionLine::visit(const camera::Ray& ray, const Chord& chord, const PieceSink& sink) {
@@ -36,7 +38,12 @@ bool ExpansionLine::part(double a, double b, std::size_t from, std::size_t to, c
 }
 
 Vec3 ExpansionLine::gradient(double t) {
-  return world_to_index_.transpose() * line_.gradient(t - middle_, list_, from_, to_);
+  Vec3 size;
+  Vec3 gradient = line_.gradient(t - middle_, list_, from_, to_, &size);
+  for (int a = 0; a < 3; ++a) {
+    if (std::abs(gradient[a]) <= 1e-13 * size[a]) gradient[a] = 0;
+  }
+  return world_to_index_.transpose() * gradient;
 }
 
 }  // namespace vol::render

@@ -18,7 +18,9 @@ class ExpansionLine {
   /// Hands over the pieces of a chord, front to back and without gaps; where no term is, they are 0.
   void visit(const camera::Ray& ray, const Chord& chord, const PieceSink& sink);
 
-  /// While the sink looks at a piece: world gradient at t of it (Gross et al., eq. 43).
+  /// While the sink looks at a piece: world gradient at t of it (Gross et al., eq. 43). Where f is
+  /// constant, the terms' slopes cancel to rounding, which points anywhere: components below 1e-13 of the sum
+  /// of magnitudes are 0.
   [[nodiscard]] Vec3 gradient(double t);
 
   [[nodiscard]] std::int64_t terms_met() const { return met_; }  ///< of all rays so far

@@ -9,6 +9,7 @@ namespace {
 
 /// Behind this optical depth T is below 1e-21: nothing of alpha or of a colour up to 1e5 changes.
 constexpr double kOpaque = 50;
+constexpr int kMostPanels = 1000;  // of a stretch
 
 /// Integral of p over [0, u].
 double integral_to(const Bernstein& p, double u) {
@@ -72,6 +73,7 @@ std::int64_t ExtinctionIntegral::clamped_pieces() const {
 
 /// f does not change sign between t0 and t1.
 void ExtinctionIntegral::stretch(const Bernstein& f, double t0, double t1) {
+  panels_ = 0;
   Bernstein p = f;  // in optical depth over u
   for (double& b : p.b) b *= t1 - t0;
   const double begin = depth_, end = depth_ + p.integral();
@@ -131,8 +133,10 @@ void ExtinctionIntegral::lit_panel(const Bernstein& p, double t0, double t1, dou
   const double mean = fine / fine_weights;
   // Where |N.L| has a kink between the nodes, both means may be off alike: hence a factor.
   const double error = 8 * std::abs(seen * (mean - coarse / coarse_weights));
-  // Below, rounding; 40 halvings leave 1e-12 of the piece.
-  if (!(error > std::max(tolerance, 1e-15 * options_.brightest)) || level == 40) {
+  // Below, rounding; 40 halvings leave 1e-12 of the piece. Kinks and jumps of the light are halved into a
+  // corner; a normal that is noise everywhere would take panels without end.
+  ++panels_;
+  if (!(error > std::max(tolerance, 1e-15 * options_.brightest)) || level == 40 || panels_ > kMostPanels) {
     colour_ += seen * mean;
     error_ += error;
     return;

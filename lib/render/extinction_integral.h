@@ -59,6 +59,7 @@ class ExtinctionIntegral {
   double depth_ = 0;  // optical, so far
   double colour_ = 0, error_ = 0;
   double half_ = std::numeric_limits<double>::infinity();
+  int panels_ = 0;  // of the stretch at hand
   double clamped_depth_ = 0;
   double largest_ = 0;           // |f|
   std::vector<double> clamped_;  // how far below 0, of every clamped piece
