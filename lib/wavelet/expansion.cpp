@@ -328,6 +328,21 @@ std::vector<std::int64_t> Expansion::count_terms(const Decomposition<T>& decompo
 template Expansion::Expansion(Decomposition<float>, const ExpansionOptions&);
 template Expansion::Expansion(Decomposition<double>, const ExpansionOptions&);
 
+Expansion Expansion::from_level(int finest) const {
+  Expansion result;
+  result.geometry_ = geometry_;
+  result.bounds_ = bounds_;
+  result.box_ = box_;
+  result.world_to_index_ = world_to_index_;
+  result.functions_ = functions_;
+  for (const Band& band : bands_) {
+    if (band.level >= finest) result.bands_.push_back(band);
+  }
+  result.phi_deviation_ = phi_deviation_;
+  result.psi_deviation_ = psi_deviation_;
+  return result;
+}
+
 double Expansion::value(const Vec3& p_world) const {
   const Vec3 p = world_to_index_ * (p_world - geometry_.origin);
   return value_index(p.cwiseMax(box_.min).cwiseMin(box_.max));

@@ -95,6 +95,9 @@ class Expansion {
   template <class T>
   explicit Expansion(Decomposition<T> decomposition, const ExpansionOptions& options = {});
 
+  /// The same without the bands of levels finer than this: a copy, of what is left alone.
+  [[nodiscard]] Expansion from_level(int finest) const;
+
   [[nodiscard]] double value(const Vec3& p_world) const;
   [[nodiscard]] Vec3 gradient(const Vec3& p_world) const;
   [[nodiscard]] const volume::FieldBounds& bounds() const { return bounds_; }
@@ -117,6 +120,7 @@ class Expansion {
   [[nodiscard]] double psi_deviation() const { return psi_deviation_; }
 
  private:
+  Expansion() = default;
   /// Terms of every subband; sets coefficients_ and planned_bytes_. Turns those bands into bands of B-splines
   /// that are better so.
   template <class T>
