@@ -10,7 +10,8 @@ namespace vol::render {
 /// exp(-sum_j c_j dW_j) as the product of (1 - c_j dW_j), Gross, Lippert, Dreger & Koch 1995: `interval` with
 /// the parts dW_j between two knots of basis function j (40), of first order in the knots' distance; `basis`
 /// with the whole of each function that the ray has left behind (41), which does not converge. Misprints: the
-/// c_j stand in front of the product there. Opposite to `none`, the integral itself.
+/// c_j stand in front of the product there. Basis functions are those of the expansion's bands, which may be
+/// B-splines in place of Battle-Lemarie's. Opposite to `none`, the integral itself.
 enum class Linearised { none, interval, basis };
 
 struct CompositeOptions {
@@ -24,7 +25,7 @@ struct CompositeOptions {
 struct CompositeCounts {
   std::int64_t pieces = 0;          ///< polynomial pieces of f, or intervals of basis functions
   std::int64_t evaluations = 0;     ///< with a transfer function: of the pieces' polynomials
-  std::int64_t clamped_pieces = 0;  ///< where f < 0 was taken for 0
+  std::int64_t clamped_pieces = 0;  ///< where f < 0 was taken for 0, as far as rays were followed
   double clamped_depth = 0;         ///< largest integral of extinction so left out, of a ray
 };
 

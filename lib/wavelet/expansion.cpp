@@ -338,6 +338,8 @@ Expansion Expansion::from_level(int finest) const {
   for (const Band& band : bands_) {
     if (band.level >= finest) result.bands_.push_back(band);
   }
+  result.coefficients_ = coefficients_;
+  result.planned_bytes_ = planned_bytes_;
   result.phi_deviation_ = phi_deviation_;
   result.psi_deviation_ = psi_deviation_;
   return result;

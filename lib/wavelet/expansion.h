@@ -95,7 +95,8 @@ class Expansion {
   template <class T>
   explicit Expansion(Decomposition<T> decomposition, const ExpansionOptions& options = {});
 
-  /// The same without the bands of levels finer than this: a copy, of what is left alone.
+  /// The same without the bands of levels finer than this, a copy of the others; what it says of coefficients
+  /// and bytes is still the whole's.
   [[nodiscard]] Expansion from_level(int finest) const;
 
   [[nodiscard]] double value(const Vec3& p_world) const;
