@@ -257,11 +257,8 @@ int work(Options& o, cli::Record& record) {
 
 int main(int argc, char** argv) {
   CLI::App app{
-      "Pictures of the field that the coefficients of vol-dwt stand for, without rebuilding the volume: "
-      "X-rays,\n"
-      "or with self-occlusion. Along each ray the basis functions are polynomials, integrated exactly; the "
-      "work\n"
-      "is that of the coefficients met."};
+      "Pictures of the field that wavelet coefficients stand for, without rebuilding the volume: X-rays, or\n"
+      "with self-occlusion. Along a ray the field is a polynomial between knots, integrated exactly."};
   Options options;
   declare(app, options);
   return cli::run(

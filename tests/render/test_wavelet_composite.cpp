@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "base/rng.h"
+#include "noise_volume.h"
 #include "render/expansion_line.h"
 #include "render/extinction_integral.h"
 #include "render/raycast.h"
@@ -15,20 +16,6 @@
 
 namespace vol::render {
 namespace {
-
-volume::Volume noise(const Dims& dims, std::uint64_t seed, double least = -0.5, double most = 1) {
-  volume::GridGeometry geometry;
-  geometry.dims = dims;
-  geometry.spacing = {0.7, 1.3, 0.9};
-  geometry.origin = {-12.5, 3, 101};
-  geometry.direction = Eigen::AngleAxisd(0.4, Vec3(1, 2, -1).normalized()).toRotationMatrix();
-  Rng rng(seed);
-  volume::Grid<double> grid{geometry, Buffer<double>(static_cast<std::size_t>(geometry.count()))};
-  for (double& v : grid.voxels) v = rng.uniform(least, most);
-  volume::Volume volume;
-  volume.grid = std::move(grid);
-  return volume;
-}
 
 wavelet::Decomposition<double> transformed(const volume::Volume& volume, const std::string& wavelet,
                                            int levels, std::int64_t keep = 1 << 30) {
@@ -216,7 +203,7 @@ INSTANTIATE_TEST_SUITE_P(Wavelets, CompositeOf,
                          });
 
 TEST_P(CompositeOf, PiecesAreTheFieldBetweenItsKnots) {
-  const wavelet::Expansion f(transformed(noise({9, 6, 11}, 3), GetParam(), 2), {.depth = 2});
+  const wavelet::Expansion f(transformed(noise({9, 6, 11}, 3, -0.5, 1), GetParam(), 2), {.depth = 2});
   const wavelet::LineTerms terms(f);
   ExpansionLine expansion(terms);
   Rng rng(7);
@@ -240,7 +227,7 @@ TEST_P(CompositeOf, PiecesAreTheFieldBetweenItsKnots) {
 }
 
 TEST_P(CompositeOf, EqualsAdaptiveQuadratureOfPointValues) {
-  const wavelet::Expansion f(transformed(noise({9, 6, 11}, 3), GetParam(), 2, 60), {.depth = 2});
+  const wavelet::Expansion f(transformed(noise({9, 6, 11}, 3, -0.5, 1), GetParam(), 2, 60), {.depth = 2});
   Rng rng(8);
   for (int n = 0; n < 8; ++n) {
     const Line line = random_line(f, rng, n);
@@ -301,7 +288,7 @@ Scene transfer_scene(bool shaded) {
 }
 
 TEST_P(CompositeOf, ThroughATransferFunctionKeepsItsTolerance) {
-  const wavelet::Expansion f(transformed(noise({6, 5, 7}, 5), GetParam(), 1, 80), {.depth = 1});
+  const wavelet::Expansion f(transformed(noise({6, 5, 7}, 5, -0.5, 1), GetParam(), 1, 80), {.depth = 1});
   Rng rng(10);
   for (const bool shaded : {false, true}) {
     const Scene scene = transfer_scene(shaded);
@@ -394,7 +381,7 @@ TEST(WaveletComposite, AGaussianNearItsClosedForm) {
 // Haar's wavelet of 8 samples: 1/sqrt 2 on one voxel, -1/sqrt 2 on the next. Clamped, the optical depth is
 // that of the first; kept, the two cancel.
 TEST(WaveletComposite, OneHaarWaveletIsClampedToItsPositiveHalf) {
-  auto d = transformed(noise({8, 1, 1}, 1), "haar", 1, 0);
+  auto d = transformed(noise({8, 1, 1}, 1, -0.5, 1), "haar", 1, 0);
   d.subbands[1].coefficients[1] = 1;
   const wavelet::Expansion f(d);
   Line line{{f.geometry().index_to_world({0, 0, 0}), f.geometry().direction.col(0)}, {}};
@@ -490,7 +477,7 @@ TEST(WaveletComposite, LightWithoutBoundIsAnErrorAndNoEndlessLoop) {
 }
 
 TEST(WaveletComposite, RefusesWhatDoesNotGoTogether) {
-  const wavelet::Expansion f(transformed(noise({8, 8, 8}, 6), "haar", 1));
+  const wavelet::Expansion f(transformed(noise({8, 8, 8}, 6, -0.5, 1), "haar", 1));
   const auto refuses = [&](const Scene& scene, const CompositeOptions& composite) {
     EXPECT_THROW((WaveletComposite{f, scene, {}, composite}), Error);
   };
@@ -502,7 +489,7 @@ TEST(WaveletComposite, RefusesWhatDoesNotGoTogether) {
 // The picture is that of the plain caster, which samples the field, as its steps get short; and the same
 // whatever the threads.
 TEST(WaveletComposite, DrawsWhatThePlainCasterDraws) {
-  const wavelet::Expansion f(transformed(noise({9, 6, 11}, 3), "daubechies-8", 2, 30), {.depth = 3});
+  const wavelet::Expansion f(transformed(noise({9, 6, 11}, 3, -0.5, 1), "daubechies-8", 2, 30), {.depth = 3});
   for (const bool shaded : {false, true}) {
     Scene scene = transfer_scene(shaded);
     scene.view.azimuth = 33;
