@@ -156,6 +156,16 @@ class Runs:
         self.run(f"wavelet-raycast {file} -o picture.exr --levels {dropped + 1}:5 {options}")
         return self.rmse("picture.exr", truth)
 
+    def linearised(self, by, depth):
+        """Of an optical depth of 3 through the middle; daubechies-4, of which 2000 coefficients are kept."""
+        options = (f"--model composite --extinction 4 --budget 2000 --depth {depth} "
+                   f"{self.camera(2, self.asked['wavelet_size'])}")
+        file = self.coefficients("daubechies-4", 24, 2)
+        truth = self.once(f"occluded-{depth}.exr", lambda: self.run(
+            f"wavelet-raycast {file} -o occluded-{depth}.exr {options} --negative keep"))
+        self.run(f"wavelet-raycast {file} -o picture.exr {options} --linearised {by}")
+        return self.rmse("picture.exr", truth)
+
     def slice(self, volume, padding, compensate, name):
         """A slice against the direct sum over all voxels: relative, in the 2-norm."""
         size = self.asked["size"]

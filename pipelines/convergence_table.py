@@ -20,7 +20,8 @@ TEXT = f"""\
 
 How the error falls as each renderer is refined: the slope of log error, by least squares over the finest values, beside the
 order that theory gives (kind `width`: decades a tap). Truth is a closed form of the phantom, the direct sum of all voxels
-(Fourier), or `--quadrature reference` on the same volume (steps, split), or all coefficients (levels). *kept*: at most
+(Fourier), or `--quadrature reference` on the same volume (steps, split), all coefficients (levels), or the exact integral of the
+same functions (linearised). *kept*: at most
 {orders.ALLOWED:g} below theory. [orders.png](orders.png) shows the errors, dashed the slopes of theory.
 
 """
@@ -41,7 +42,7 @@ def panel(axes, kind, rows):
         theory = [row["errors"][-1] * (v / h[-1]) ** row["order"] for v in h]
         axes.plot(row["over"], theory, "--", color=f"C{number}", linewidth=0.7)
     axes.set_yscale("log")
-    if kind not in ("width", "wavelet-levels"):
+    if kind not in ("width", "wavelet-levels", "linearised"):
         axes.set_xscale("log", base=2)
         axes.xaxis.set_major_formatter(matplotlib.ticker.FormatStrFormatter("%g"))
     if smaller:

@@ -15,6 +15,7 @@ KINDS = {
     "grid": ("vol-raycast, X-ray of grids", *SAMPLES),
     "wavelet-grid": ("wavelet-raycast, grids", *SAMPLES),
     "wavelet-levels": ("wavelet-raycast, levels", "finest levels left out", lambda m: 2.0 ** m, True),
+    "linearised": ("wavelet-raycast --linearised", "depth", lambda d: 2.0 ** -d, False),
     "width": ("fvr-slice, es:N, by padding", "width N", lambda n: 10.0 ** -n, False),
     "padding": ("fvr-slice, paddings", "padding", lambda p: 1 / p, False),
     "mesh-area": ("isosurf-mc, area", *SAMPLES),

@@ -14,6 +14,7 @@
 #include "io/volume.h"
 #include "wavelet/dwt.h"
 #include "wavelet/filters.h"
+#include "wavelet/initialisation.h"
 #include "wavelet/layout.h"
 #include "wavelet/significance.h"
 
@@ -27,8 +28,8 @@ struct Options {
   bool inverse = false;
   std::string format;
   wavelet::DwtOptions dwt;
-  std::string boundary = "periodic", extend = "replicate", precision = "auto", significance = "energy",
-              region;
+  std::string boundary = "periodic", extend = "replicate", initialise = "samples", precision = "auto",
+              significance = "energy", region;
   std::optional<std::int64_t> keep;
   std::optional<double> keep_energy, threshold;
 };
@@ -65,6 +66,14 @@ void declare(CLI::App& app, Options& o) {
   forward(app.add_option("--extend", o.extend, "How sizes that 2^levels does not divide are filled up")
               ->check(CLI::IsMember({"replicate", "mirror", "zero"}))
               ->capture_default_str());
+  forward(
+      app.add_option("--initialise", o.initialise,
+                     "What wavelet-raycast and isosurf-ray draw of the coefficients: samples (the voxels are "
+                     "the finest coefficients; the field is near smooth voxels, not through them), or "
+                     "interpolate (the field goes through every voxel; not for daubechies-10, whose phi has "
+                     "samples with a response below 0.1)")
+          ->check(CLI::IsMember({"samples", "interpolate"}))
+          ->capture_default_str());
   forward(app.add_option("--precision", o.precision,
                          "float, double, or auto: float for the voxel types that float holds exactly")
               ->check(CLI::IsMember({"auto", "float", "double"}))
@@ -103,7 +112,7 @@ wavelet::Rejection rejection(const Options& o) {
 }
 
 void report(const wavelet::RejectionReport& r, const wavelet::PredictedError& error, std::int64_t voxels,
-            cli::Record& record) {
+            wavelet::Initialisation initialisation, cli::Record& record) {
   record.count("coefficients_total", r.total);
   record.count("coefficients_nonzero", r.nonzero);
   record.count("coefficients_kept", r.kept);
@@ -116,8 +125,8 @@ void report(const wavelet::RejectionReport& r, const wavelet::PredictedError& er
   record.error("rmse" + suffix, error.l2 / std::sqrt(static_cast<double>(voxels)));
   record.error("kind", std::string(wavelet::name(error.kind)));
   char relative[64];
-  std::snprintf(relative, sizeof relative, "%.3g of the volume's l2 norm",
-                r.norm > 0 ? error.l2 / r.norm : 0.0);
+  std::snprintf(relative, sizeof relative, "%.3g of the %s l2 norm", r.norm > 0 ? error.l2 / r.norm : 0.0,
+                initialisation == wavelet::Initialisation::samples ? "volume's" : "coefficients'");
   record.say("kept " + std::to_string(r.kept) + " of " + std::to_string(r.total) +
              " coefficients; L2 error (" + std::string(wavelet::name(error.kind)) + ") " + relative);
 }
@@ -125,8 +134,10 @@ void report(const wavelet::RejectionReport& r, const wavelet::PredictedError& er
 template <class T>
 int analyze(const volume::Volume& volume, const Options& o, cli::Record& record) {
   const auto wavelet = wavelet::make_wavelet(o.dwt.wavelet);
+  const bool copied = o.dwt.initialisation == wavelet::Initialisation::interpolate;
   const double bytes =
-      sizeof(T) * wavelet::coefficient_count(wavelet, o.dwt.boundary, volume.geometry().dims, o.dwt.levels);
+      (copied ? 2 : 1) * sizeof(T) *
+      wavelet::coefficient_count(wavelet, o.dwt.boundary, volume.geometry().dims, o.dwt.levels);
   if (bytes > static_cast<double>(io::ReadOptions::physical_memory())) {
     throw Error("the coefficients would take " + std::to_string(std::llround(bytes / 1e6)) +
                 " MB, more than this machine has; give fewer levels or a shorter filter");
@@ -141,7 +152,8 @@ int analyze(const volume::Volume& volume, const Options& o, cli::Record& record)
   for (const auto& [key, value] : record.provenance()) attributes[key] = value;
   record.timed("write", [&] { io::write_coefficients(o.output, d, attributes); });
   record.output(o.output);
-  report(rejected, wavelet::predicted_error(d, rejected), volume.geometry().count(), record);
+  report(rejected, wavelet::predicted_error(d, rejected), volume.geometry().count(), d.initialisation,
+         record);
   return 0;
 }
 
@@ -177,7 +189,12 @@ int work(Options& o, cli::Record& record) {
                     : o.extend == "mirror"  ? wavelet::Extension::mirror
                                             : wavelet::Extension::zero;
   (void)rejection(o);
-  (void)wavelet::make_wavelet(o.dwt.wavelet);  // wrong words are answered before a large file is read
+  const auto wavelet =
+      wavelet::make_wavelet(o.dwt.wavelet);  // wrong words are answered before a large file is read
+  if (o.initialise == "interpolate") {
+    o.dwt.initialisation = wavelet::Initialisation::interpolate;
+    wavelet::require_interpolation(wavelet, o.dwt.boundary);
+  }
   const volume::Volume volume = cli::load(o.input, record);
   const auto type = volume.voxel_type();
   const bool wide =

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "cli/naming.h"
 #include "cli/options.h"
 #include "cli/run.h"
 #include "index/build_index.h"
@@ -13,6 +14,7 @@
 #include "io/index.h"
 #include "io/scene.h"
 #include "io/vdb.h"
+#include "wavelet/initialisation.h"
 
 namespace {
 
@@ -161,6 +163,7 @@ int work(const Options& o, cli::Record& record) {
   const auto coefficients = record.timed("read", [&] { return io::read_coefficients(o.input); });
   std::visit(
       [&](const auto& d) {
+        cli::naming(o.input, [&] { wavelet::require_samples(d); });
         const auto index = build(d, o, record);
         report(index, record);
         record.result("wavelet", d.wavelet);

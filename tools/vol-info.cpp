@@ -96,6 +96,7 @@ ordered_json describe(const wavelet::Decomposition<T>& d) {
   info["wavelet"] = d.wavelet;
   info["levels"] = d.levels;
   info["boundary"] = d.boundary == wavelet::Boundary::periodic ? "periodic" : "symmetric";
+  info["initialisation"] = d.initialisation == wavelet::Initialisation::samples ? "samples" : "interpolate";
   add_geometry(info, d.geometry);
   info["extended_dims"] = d.extended_dims;
   info["type"] = std::string(volume::name(d.voxel_type));

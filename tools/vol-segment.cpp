@@ -15,6 +15,7 @@
 #include "io/codebook.h"
 #include "io/vdb.h"
 #include "volume/labels.h"
+#include "wavelet/initialisation.h"
 
 namespace {
 
@@ -178,6 +179,7 @@ void compare(const volume::Volume& labels, const Options& o, cli::Record& record
 template <class T>
 features::FeatureField features_of(wavelet::Decomposition<T>&& d, Options& o, features::Codebook& book,
                                    cli::Record& record) {
+  cli::naming(o.input, [&] { wavelet::require_samples(d); });
   record.resolved("wavelet", d.wavelet);
   record.resolved("levels", d.levels);
   if (!o.codebook.empty()) {

@@ -2,14 +2,17 @@
 //   vol-dwt head.nrrd -o head.vdb --wavelet coiflet-6 --keep-energy 0.999
 //   wavelet-raycast head.vdb -o head.exr --view 30,20 --size 256x256 --stats head.json
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <sstream>
 
 #include "base/error.h"
 #include "cli/camera_options.h"
+#include "cli/composite_options.h"
 #include "cli/naming.h"
 #include "cli/options.h"
 #include "cli/run.h"
@@ -29,6 +32,8 @@ struct Options {
   std::filesystem::path input, output, scene;
   std::string format, model = "xray";
   cli::CameraOptions camera;
+  cli::CompositeOptions composite;
+  std::optional<double> every;
   std::optional<double> exposure;
   std::string levels, region;
   std::optional<std::int64_t> budget;
@@ -44,15 +49,26 @@ void declare(CLI::App& app, Options& o) {
       ->required()
       ->group("Files");
   app.add_option("--format", o.format, "exr or png [by extension; exr]")->group("Files");
-  app.add_option("--scene", o.scene, "Scene (YAML): its camera and background")->group("Files");
+  app.add_option(
+         "--scene", o.scene,
+         "Scene (YAML): its camera and background; with --model composite its transfer function and shading")
+      ->group("Files");
+  app.add_option(
+         "--every", o.every,
+         "Pictures on the way: of the coarsest level first, then of finer ones too, one at most every so "
+         "many seconds in the output's place; the last is the same as without")
+      ->check(cli::check_positive)
+      ->group("Files");
 
   const char* picture = "Picture (overrules the scene)";
   cli::add_camera(app, o.camera, picture);
-  app.add_option("--model", o.model, "xray (integral, value times world length)")
-      ->check(CLI::IsMember({"xray"}))
+  app.add_option("--model", o.model,
+                 "xray (integral, value times world length), or composite (emission and absorption)")
+      ->check(CLI::IsMember({"xray", "composite"}))
       ->capture_default_str()
       ->group(picture);
-  app.add_option("--exposure", o.exposure, "PNG: what values are multiplied by [the largest becomes white]")
+  app.add_option("--exposure", o.exposure,
+                 "PNG: what values are multiplied by [the largest becomes white; composite: 1]")
       ->check(cli::check_positive)
       ->group(picture);
 
@@ -68,12 +84,16 @@ void declare(CLI::App& app, Options& o) {
                  "only the approximation where there is none")
       ->group(detail);
 
+  cli::add_composite(app, o.composite);
+
   const char* accuracy = "Accuracy against cost";
   app.add_option(
          "--depth", o.expansion.depth,
          "Basis functions are cubic splines through their values at multiples of 2^-DEPTH, 1 to 14 "
          "(haar and battle-lemarie are exact). daubechies-4 and coiflet-6 are rough: up to 0.08 off at depth "
-         "6, 0.02 at 10")
+         "6, 0.02 at 10. Coefficients of --initialise interpolate go through the voxels from a depth of "
+         "their "
+         "levels on")
       ->check(CLI::Range(1, wavelet::kMaxDepth))
       ->capture_default_str()
       ->group(accuracy);
@@ -133,12 +153,65 @@ void limit_detail(wavelet::Decomposition<T>& d, const Options& o, cli::Record& r
   if (!o.levels.empty() || rejection.any()) record.result("norm_not_drawn", not_drawn);
 }
 
+/// One picture, and what it cost.
+render::RenderResult drawn(const wavelet::Expansion& expansion, const render::Scene& scene,
+                           const render::RenderOptions& options, const render::CompositeOptions& composite,
+                           const Options& o, cli::Record& record) {
+  if (scene.model == render::Model::composite) {
+    render::CompositeCounts counts;
+    auto result = render::WaveletComposite(expansion, scene, options, composite).draw(&counts);
+    cli::report(result, counts, o.composite, record);
+    return result;
+  }
+  render::WaveletCounts counts;
+  auto result = render::WaveletXray(expansion).draw(scene, options, &counts);
+  record.count("pieces", counts.pieces);
+  return result;
+}
+
+void write(image::Image& picture, const render::Scene& scene, const Options& o, cli::Record& record) {
+  for (const auto& [key, value] : record.provenance()) picture.attributes[key] = value;
+  const Vec3& b = scene.background;
+  picture.attributes["precis.background"] = nlohmann::json{b[0], b[1], b[2]}.dump();
+  // The values of an X-ray are no colours.
+  const double own = scene.model == render::Model::composite ? 1 : image::exposure_to_white(picture);
+  record.timed("write", [&] {
+    io::write_image(o.output, picture, o.format, {b[0], b[1], b[2]}, o.exposure.value_or(own));
+  });
+}
+
+/// Pictures of the coarser levels alone, each in the place of the one before it.
+template <class Draw>
+void draw_on_the_way(const wavelet::Expansion& expansion, const render::Scene& scene, const Options& o,
+                     const Draw& draw, cli::Record& record) {
+  std::set<int> levels;
+  for (const auto& band : expansion.bands()) levels.insert(band.level);
+  using Clock = std::chrono::steady_clock;
+  std::optional<Clock::time_point> last;
+  std::int64_t written = 0;
+  for (auto level = levels.rbegin(); level != levels.rend() && *level != *levels.begin(); ++level) {
+    auto result = record.timed("coarse", [&] { return draw(expansion.from_level(*level)); });
+    if (last && std::chrono::duration<double>(Clock::now() - *last).count() < *o.every) continue;
+    result.image.attributes["precis.levels_drawn"] =
+        std::to_string(*level) + ":" + std::to_string(*levels.rbegin());
+    write(result.image, scene, o, record);
+    last = Clock::now();
+    ++written;
+  }
+  record.count("pictures_on_the_way", written);
+}
+
 int work(Options& o, cli::Record& record) {
   io::require_image_format(o.output, o.format);
+  if (o.every && io::is_standard_stream(o.output)) {
+    throw Error("--every: pictures that replace each other go to a file, not to standard output");
+  }
   io::SceneFile file = o.scene.empty() ? io::SceneFile{} : io::read_scene(o.scene);
   cli::apply(o.camera, file.scene.view);
-  file.scene.model = render::Model::xray;
+  file.scene.model = o.model == "xray" ? render::Model::xray : render::Model::composite;
+  const render::CompositeOptions composite = cli::resolve(o.composite, file, record);
   render::RenderOptions options;
+  options.tolerance = o.composite.tolerance;
   const auto size = cli::parse_image_size("--size", o.camera.size);
   options.width = size[0];
   options.height = size[1];
@@ -152,6 +225,10 @@ int work(Options& o, cli::Record& record) {
     return cli::naming(o.input, [&] {
       return std::visit(
           [&](auto& d) {
+            if (d.initialisation == wavelet::Initialisation::interpolate && o.expansion.depth < d.levels) {
+              record.warn("--depth is below the " + std::to_string(d.levels) +
+                          " levels: the field does not go through the voxels");
+            }
             limit_detail(d, o, record);
             return wavelet::Expansion(std::move(d), o.expansion);
           },
@@ -164,20 +241,14 @@ int work(Options& o, cli::Record& record) {
   record.error("phi_deviation", expansion.phi_deviation());
   record.error("psi_deviation", expansion.psi_deviation());
 
-  render::WaveletCounts counts;
-  auto result = record.repeated(
-      "render", [&] { return render::WaveletXray(expansion).draw(file.scene, options, &counts); });
+  const auto draw = [&](const wavelet::Expansion& e) {
+    return drawn(e, file.scene, options, composite, o, record);
+  };
+  if (o.every) draw_on_the_way(expansion, file.scene, o, draw, record);
+  auto result = record.repeated("render", [&] { return draw(expansion); });
   record.count("rays", result.counts.rays);
   record.count("coefficients_met", result.counts.samples);
-  record.count("pieces", counts.pieces);
-
-  for (const auto& [key, value] : record.provenance()) result.image.attributes[key] = value;
-  const Vec3& b = file.scene.background;
-  result.image.attributes["precis.background"] = nlohmann::json{b[0], b[1], b[2]}.dump();
-  const double exposure = o.exposure ? *o.exposure : image::exposure_to_white(result.image);
-  record.timed("write", [&] {
-    io::write_image(o.output, result.image, o.format, {b[0], b[1], b[2]}, exposure);
-  });
+  write(result.image, file.scene, o, record);
   record.output(o.output);
   return 0;
 }
@@ -186,10 +257,8 @@ int work(Options& o, cli::Record& record) {
 
 int main(int argc, char** argv) {
   CLI::App app{
-      "X-ray pictures of the field that the coefficients of vol-dwt stand for, without rebuilding the "
-      "volume:\n"
-      "along each ray the basis functions are polynomials, integrated exactly. The work is that of the "
-      "coefficients met."};
+      "Pictures of the field that wavelet coefficients stand for, without rebuilding the volume: X-rays, or\n"
+      "with self-occlusion. Along a ray the field is a polynomial between knots, integrated exactly."};
   Options options;
   declare(app, options);
   return cli::run(

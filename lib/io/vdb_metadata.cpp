@@ -14,9 +14,9 @@ namespace vol::io {
 namespace {
 
 constexpr std::array kOwnKeys = {
-    "precis.boundary",  "precis.content",  "precis.dims",       "precis.direction", "precis.extended",
-    "precis.extension", "precis.levels",   "precis.origin",     "precis.range",     "precis.space",
-    "precis.spacing",   "precis.subbands", "precis.voxel_type", "precis.wavelet"};
+    "precis.boundary",  "precis.content",        "precis.dims",     "precis.direction",  "precis.extended",
+    "precis.extension", "precis.initialisation", "precis.levels",   "precis.origin",     "precis.range",
+    "precis.space",     "precis.spacing",        "precis.subbands", "precis.voxel_type", "precis.wavelet"};
 constexpr int kMaxLevels = 62;
 
 std::string text(double value) {
@@ -77,6 +77,7 @@ std::size_t choice(const Metadata& metadata, const std::string& key,
 
 constexpr std::array kBoundaries = {"periodic", "symmetric"};
 constexpr std::array kExtensions = {"replicate", "mirror", "zero"};
+constexpr std::array kInitialisations = {"samples", "interpolate"};
 constexpr std::array kSpaces = {"none", "LPS", "RAS"};
 
 }  // namespace
@@ -124,6 +125,7 @@ void put_decomposition(Metadata& metadata, const wavelet::Decomposition<T>& d) {
   metadata["precis.levels"] = std::to_string(d.levels);
   metadata["precis.boundary"] = kBoundaries[static_cast<std::size_t>(d.boundary)];
   metadata["precis.extension"] = kExtensions[static_cast<std::size_t>(d.extension)];
+  metadata["precis.initialisation"] = kInitialisations[static_cast<std::size_t>(d.initialisation)];
   metadata["precis.extended"] = joined(d.extended_dims);
   std::string subbands;  // "level orientation lower dims;" each
   for (const auto& s : d.subbands) {
@@ -145,6 +147,10 @@ wavelet::Decomposition<T> decomposition_from(const Metadata& metadata) {
   if (d.levels < 0 || d.levels > kMaxLevels) throw Error("metadata precis.levels: out of range");
   d.boundary = static_cast<wavelet::Boundary>(choice(metadata, "precis.boundary", kBoundaries));
   d.extension = static_cast<wavelet::Extension>(choice(metadata, "precis.extension", kExtensions));
+  if (metadata.contains("precis.initialisation")) {  // older files have the samples
+    d.initialisation =
+        static_cast<wavelet::Initialisation>(choice(metadata, "precis.initialisation", kInitialisations));
+  }
   d.extended_dims = numbers<std::int64_t, 3>(metadata, "precis.extended");
   (void)checked_count(d.extended_dims);
   for (int a = 0; a < 3; ++a) {

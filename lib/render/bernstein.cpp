@@ -112,6 +112,26 @@ void Bernstein::split(double u, Bernstein& left, Bernstein& right) const {
   }
 }
 
+Bernstein bernstein_of_powers(std::array<double, Bernstein::kMaxDegree + 1> powers) {
+  constexpr int n = Bernstein::kMaxDegree;
+  // Powers of u first, by Horner's scheme.
+  for (std::size_t low = 0; low < n; ++low) {
+    for (std::size_t k = n; k-- > low;) powers[k] -= 0.5 * powers[k + 1];
+  }
+  // u^k = sum_j>=k C(j,k)/C(n,k) B_j: repeated sums of what is divided by C(n,k).
+  Bernstein p;
+  p.degree = n;
+  double binomial = 1;
+  for (int k = 0; k <= n; ++k) {
+    p.b[static_cast<std::size_t>(k)] = powers[static_cast<std::size_t>(k)] / binomial;
+    binomial = binomial * (n - k) / (k + 1);
+  }
+  for (std::size_t low = 0; low < n; ++low) {
+    for (std::size_t k = n; k > low; --k) p.b[k] += p.b[k - 1];
+  }
+  return p;
+}
+
 void append_crossings(const Bernstein& p, double value, std::vector<double>& roots) {
   if (!(p.min() < value && p.max() > value)) return;
   Bernstein shifted = p;

@@ -26,6 +26,9 @@ struct Bernstein {
   void split(double u, Bernstein& left, Bernstein& right) const;
 };
 
+/// Of the polynomial sum_k powers[k] s^k, |s| <= 1/2, with u = s + 1/2.
+[[nodiscard]] Bernstein bernstein_of_powers(std::array<double, Bernstein::kMaxDegree + 1> powers);
+
 /// Appends all u in (0, 1) where p(u) = value and changes sign, ascending, to within 1e-15. Roots of even
 /// order, where p only touches the value, may appear (once or in a close cluster) or not.
 void append_crossings(const Bernstein& p, double value, std::vector<double>& roots);

@@ -11,27 +11,6 @@ namespace {
 
 using wavelet::LineField;
 
-/// From powers of s, |s| <= 1/2, to the Bernstein basis on [0, 1], u = s + 1/2.
-Bernstein bernstein_of(std::array<double, 10> powers) {
-  constexpr int n = Bernstein::kMaxDegree;
-  // Powers of u first, by Horner's scheme.
-  for (std::size_t low = 0; low < n; ++low) {
-    for (std::size_t k = n; k-- > low;) powers[k] -= 0.5 * powers[k + 1];
-  }
-  // u^k = sum_j>=k C(j,k)/C(n,k) B_j: repeated sums of what is divided by C(n,k).
-  Bernstein p;
-  p.degree = n;
-  double binomial = 1;
-  for (int k = 0; k <= n; ++k) {
-    p.b[static_cast<std::size_t>(k)] = powers[static_cast<std::size_t>(k)] / binomial;
-    binomial = binomial * (n - k) / (k + 1);
-  }
-  for (std::size_t low = 0; low < n; ++low) {
-    for (std::size_t k = n; k > low; --k) p.b[k] += p.b[k - 1];
-  }
-  return p;
-}
-
 }  // namespace
 
 ExpansionSurface::Counts& ExpansionSurface::Counts::operator+=(const Counts& other) {
@@ -189,7 +168,7 @@ bool ExpansionSurface::Search::visit(const Point& a, const Point& b, std::size_t
 bool ExpansionSurface::Search::look_at_polynomial(const Point& a, const Point& b, std::size_t from,
                                                   std::size_t to) {
   ++counts_.polynomials;
-  Bernstein p = bernstein_of(line_.polynomial(a.t, b.t, list_, from, to));
+  Bernstein p = bernstein_of_powers(line_.polynomial(a.t, b.t, list_, from, to));
   for (double& c : p.b) c -= surface_.isovalue_;
   const auto u = first_crossing(p, 0, &undecided_);
   std::optional<double> crossing;

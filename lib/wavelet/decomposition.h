@@ -15,6 +15,11 @@ enum class Boundary { periodic, symmetric };
 /// How a size that 2^levels does not divide is extended, once, to the next multiple.
 enum class Extension { replicate, mirror, zero };
 
+/// What stands for the finest coefficients c0 of a volume (initialisation.h).
+///   samples      its voxels
+///   interpolate  what phi's expansion takes to go through its voxels
+enum class Initialisation { samples, interpolate };
+
 /// Coefficients of one orientation at one level, x fastest. Coefficient (i, j, k) of the array is coefficient
 /// index lower + (i, j, k) of the transform (lower is 0 for periodic, negative for expansive transforms).
 template <class T>
@@ -39,6 +44,7 @@ struct Decomposition {
   int levels = 0;
   Boundary boundary = Boundary::periodic;
   Extension extension = Extension::replicate;
+  Initialisation initialisation = Initialisation::samples;
   volume::GridGeometry geometry;  ///< of the volume itself
   Dims extended_dims{0, 0, 0};    ///< of the box that was transformed
   volume::VoxelType voxel_type =

@@ -6,9 +6,12 @@
 #include <sstream>
 #include <type_traits>
 
+#include "base/checked.h"
 #include "base/error.h"
 #include "base/heap.h"
+#include "base/parallel.h"
 #include "wavelet/analysis_level.h"
+#include "wavelet/initialisation.h"
 #include "wavelet/layout.h"
 #include "wavelet/synthesis_level.h"
 
@@ -84,12 +87,68 @@ bool exists(int orientation, const Dims& extended) {
   return true;
 }
 
+/// The volume, and what it is extended by.
+template <class T>
+volume::Grid<T> extended_volume(const volume::Volume& volume, const Dims& extended, Extension extension) {
+  volume::Grid<T> box{volume.geometry(), fresh_buffer<T>(checked_count(extended))};
+  box.geometry.dims = extended;
+  const RowSource<T> source = rows_of<T>(volume);
+  const auto row_bytes = static_cast<std::size_t>(source.dims[0]) * source.element_size;
+  parallel_for(0, extended[1] * extended[2], 64, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t r = begin; r < end; ++r) {
+      T* const to = box.voxels.data() + r * extended[0];
+      const std::int64_t j = extension_source(extension, r % extended[1], source.dims[1]);
+      const std::int64_t k = extension_source(extension, r / extended[1], source.dims[2]);
+      if (j < 0 || k < 0) {
+        std::fill_n(to, extended[0], T{0});
+        continue;
+      }
+      const std::byte* from = source.data + static_cast<std::size_t>(k * source.dims[1] + j) * row_bytes;
+      if (source.convert != nullptr) {
+        source.convert(from, source.dims[0], to);
+      } else {
+        std::copy_n(reinterpret_cast<const T*>(from), source.dims[0], to);
+      }
+      for (std::int64_t i = source.dims[0]; i < extended[0]; ++i) {
+        const std::int64_t at = extension_source(extension, i, source.dims[0]);
+        to[i] = at < 0 ? T{0} : to[at];
+      }
+    }
+  });
+  return box;
+}
+
+/// `interpolate`: the transform of c0.
+template <class T>
+Decomposition<T> analyze_interpolating(const volume::Volume& volume, DwtOptions options,
+                                       const volume::Range& range) {
+  const Wavelet wavelet = make_wavelet(options.wavelet);
+  require_interpolation(wavelet, options.boundary);
+  const Dims extended = extended_dims(volume.geometry().dims, options.levels);
+  const double gain = interpolation_gain(wavelet, extended);
+  const double largest = gain * std::max(std::abs(range.min), std::abs(range.max));
+  require_headroom<T>(wavelet, {-largest, largest}, options.levels);
+  volume::Volume c0;
+  c0.grid = extended_volume<T>(volume, extended, options.extension);
+  coefficients_through_voxels(wavelet, extended, std::get<volume::Grid<T>>(c0.grid).voxels);
+  options.initialisation = Initialisation::samples;
+  Decomposition<T> result = analyze<T>(c0, options, {-largest, largest});
+  result.initialisation = Initialisation::interpolate;
+  result.geometry = volume.geometry();
+  result.voxel_type = volume.voxel_type();
+  result.range = range;
+  return result;
+}
+
 }  // namespace
 
 template <class T>
 Decomposition<T> analyze(const volume::Volume& volume, const DwtOptions& options,
                          const volume::Range& range) {
   volume.geometry().validate();
+  if (options.initialisation == Initialisation::interpolate) {
+    return analyze_interpolating<T>(volume, options, range);
+  }
   const Wavelet wavelet = make_wavelet(options.wavelet);
   Decomposition<T> result;
   result.wavelet = wavelet.name;
@@ -146,9 +205,11 @@ Decomposition<T> analyze(const volume::Volume& volume, const DwtOptions& options
   return result;
 }
 
+namespace {
+
+/// c0, the first `dims` of the extended box.
 template <class T>
-volume::Grid<T> synthesize(const Decomposition<T>& d) {
-  validate(d);
+Buffer<T> rebuilt(const Decomposition<T>& d, const Dims& dims) {
   const Wavelet wavelet = make_wavelet(d.wavelet);
   const auto ranges = layout(wavelet, d.boundary, d.extended_dims, d.levels);
   const auto find = [&](int level, int orientation) -> const T* {
@@ -158,12 +219,8 @@ volume::Grid<T> synthesize(const Decomposition<T>& d) {
     return nullptr;
   };
 
-  volume::Grid<T> result{d.geometry, {}};
   const T* approximation = find(d.levels, 0);
-  if (d.levels == 0) {
-    result.voxels.assign(approximation, approximation + d.geometry.count());
-    return result;
-  }
+  if (d.levels == 0) return {approximation, approximation + d.geometry.count()};
   Buffer<T> below;
   for (int level = d.levels; level >= 1; --level) {
     const auto& out = ranges[static_cast<std::size_t>(level) - 1];
@@ -171,8 +228,7 @@ volume::Grid<T> synthesize(const Decomposition<T>& d) {
     std::array<SynthesisAxis<T>, 3> axes;
     std::int64_t count = 1;
     for (std::size_t a = 0; a < 3; ++a) {
-      const std::int64_t wanted =
-          level == 1 ? d.geometry.dims[a] : out[a].count;  // what was added is cut here
+      const std::int64_t wanted = level == 1 ? dims[a] : out[a].count;  // what was added is cut here
       axes[a] = synthesis_axis<T>(wavelet, d.boundary, out[a], in[a], wanted, d.extended_dims[a] > 1);
       count *= wanted;
     }
@@ -184,7 +240,26 @@ volume::Grid<T> synthesize(const Decomposition<T>& d) {
     below = std::move(to);
     approximation = below.data();
   }
-  result.voxels = std::move(below);
+  return below;
+}
+
+}  // namespace
+
+template <class T>
+volume::Grid<T> synthesize(const Decomposition<T>& d) {
+  validate(d);
+  if (d.initialisation == Initialisation::samples) return {d.geometry, rebuilt(d, d.geometry.dims)};
+  const Dims &extended = d.extended_dims, &dims = d.geometry.dims;
+  Buffer<T> box = rebuilt(d, extended);
+  values_at_voxels(make_wavelet(d.wavelet), extended, box);
+  if (extended == dims) return {d.geometry, std::move(box)};
+  volume::Grid<T> result{d.geometry, fresh_buffer<T>(d.geometry.count())};
+  T* to = result.voxels.data();
+  for (std::int64_t k = 0; k < dims[2]; ++k) {
+    for (std::int64_t j = 0; j < dims[1]; ++j, to += dims[0]) {
+      std::copy_n(box.data() + (k * extended[1] + j) * extended[0], dims[0], to);
+    }
+  }
   return result;
 }
 

@@ -143,6 +143,7 @@ Box extended(const volume::Volume& volume, Extension extension, const Dims& dims
 
 Decomposition<double> analyze_reference(const volume::Volume& volume, const DwtOptions& options) {
   const Wavelet wavelet = make_wavelet(options.wavelet);
+  if (options.initialisation != Initialisation::samples) throw Error("the reference takes samples only");
   Decomposition<double> result;
   result.wavelet = wavelet.name;
   result.levels = options.levels;
@@ -188,6 +189,7 @@ Decomposition<double> analyze_reference(const volume::Volume& volume, const DwtO
 
 volume::Grid<double> synthesize_reference(const Decomposition<double>& d) {
   validate(d);
+  if (d.initialisation != Initialisation::samples) throw Error("the reference takes samples only");
   const Wavelet wavelet = make_wavelet(d.wavelet);
   const auto ranges = layout(wavelet, d.boundary, d.extended_dims, d.levels);
   const auto find = [&](int level, int orientation) {

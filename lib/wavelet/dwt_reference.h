@@ -4,7 +4,8 @@
 namespace vol::wavelet {
 
 /// The transform as its definition says it, one line of samples at a time, in double: the oracle of
-/// analyze(). Not for use on more than small volumes.
+/// analyze(). Not for use on more than small volumes. \throws vol::Error on another initialisation than
+/// samples
 [[nodiscard]] Decomposition<double> analyze_reference(const volume::Volume& volume,
                                                       const DwtOptions& options);
 

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "volume/grid_sampler.h"
+#include "wavelet/initialisation.h"
 #include "wavelet/layout.h"
 #include "wavelet/spline_basis.h"
 
@@ -198,6 +199,7 @@ Expansion::Expansion(Decomposition<T> decomposition, const ExpansionOptions& opt
     }
   }
   const Wavelet wavelet = make_wavelet(decomposition.wavelet);
+  const double shift = expansion_shift(wavelet, decomposition.initialisation);
   const Prototypes prototypes = make_prototypes(wavelet, options.depth);
   phi_deviation_ = prototypes.phi_deviation;
   psi_deviation_ = prototypes.psi_deviation;
@@ -214,7 +216,7 @@ Expansion::Expansion(Decomposition<T> decomposition, const ExpansionOptions& opt
         band.period[i] = extended[i] >> subband.level;
         band.factor[i] = number_of(periodised(detail ? prototypes.psi : prototypes.phi, band.period[i]));
         band.scale[a] = std::ldexp(1.0, subband.level);
-        band.shift[a] = wavelet.mean;
+        band.shift[a] = shift;
         band.weight /= std::sqrt(band.scale[a]);
       }
       band.lower[a] = function(band.factor[i]).lower;
@@ -325,6 +327,23 @@ std::vector<std::int64_t> Expansion::count_terms(const Decomposition<T>& decompo
 
 template Expansion::Expansion(Decomposition<float>, const ExpansionOptions&);
 template Expansion::Expansion(Decomposition<double>, const ExpansionOptions&);
+
+Expansion Expansion::from_level(int finest) const {
+  Expansion result;
+  result.geometry_ = geometry_;
+  result.bounds_ = bounds_;
+  result.box_ = box_;
+  result.world_to_index_ = world_to_index_;
+  result.functions_ = functions_;
+  for (const Band& band : bands_) {
+    if (band.level >= finest) result.bands_.push_back(band);
+  }
+  result.coefficients_ = coefficients_;
+  result.planned_bytes_ = planned_bytes_;
+  result.phi_deviation_ = phi_deviation_;
+  result.psi_deviation_ = psi_deviation_;
+  return result;
+}
 
 double Expansion::value(const Vec3& p_world) const {
   const Vec3 p = world_to_index_ * (p_world - geometry_.origin);

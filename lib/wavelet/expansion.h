@@ -77,10 +77,11 @@ struct ExpansionOptions {
 
 /// The field that a wavelet transform stands for, without rebuilding its samples (Gross, Lippert, Dreger &
 /// Koch 1995, section 4.1):
-///   f(x) = sum_j c[j] w_j(x),  w_j a product of phi(2^-m (x + mu) - k) or psi(...) times 2^(-m/2) an axis,
-/// x in samples, mu the first moment of phi, so that pictures do not shift: equal to sum_k c0[k] phi(x - k +
-/// mu), c0 the samples that the inverse transform gives, up to the deviation of the prototypes. It does not
-/// interpolate c0 but for Haar. What the transform extended the volume by lies outside the bounds; the
+///   f(x) = sum_j c[j] w_j(x),  w_j a product of phi(2^-m (x + s) - k) or psi(...) times 2^(-m/2) an axis,
+/// x in samples: equal to sum_k c0[k] phi(x - k + s), c0 the finest coefficients, up to the deviation of the
+/// prototypes. Where c0 are the samples, s is mu, the first moment of phi, so that pictures do not shift, and
+/// f does not go through them but for Haar; coefficients of `interpolate` take f through all voxels
+/// (initialisation.h). What the transform extended the volume by lies outside the bounds; the
 /// transform's period is that of the extended box, and functions that reach over its end come in on the other
 /// side. Along an axis of one sample f is constant. A FieldSampler. Only coefficients that are not zero are
 /// stored and visited, once for each place where their function meets the box; those of a band turned into
@@ -93,6 +94,10 @@ class Expansion {
   /// stored), an axis of 2^30 samples or more, and over options.memory_limit.
   template <class T>
   explicit Expansion(Decomposition<T> decomposition, const ExpansionOptions& options = {});
+
+  /// The same without the bands of levels finer than this, a copy of the others; what it says of coefficients
+  /// and bytes is still the whole's.
+  [[nodiscard]] Expansion from_level(int finest) const;
 
   [[nodiscard]] double value(const Vec3& p_world) const;
   [[nodiscard]] Vec3 gradient(const Vec3& p_world) const;
@@ -116,6 +121,7 @@ class Expansion {
   [[nodiscard]] double psi_deviation() const { return psi_deviation_; }
 
  private:
+  Expansion() = default;
   /// Terms of every subband; sets coefficients_ and planned_bytes_. Turns those bands into bands of B-splines
   /// that are better so.
   template <class T>
@@ -141,5 +147,14 @@ class Expansion {
 [[nodiscard]] double line_integral(const Expansion& expansion, const Band& band, const Term& term,
                                    const Vec3& origin, const Vec3& direction, double begin, double end,
                                    std::int64_t* pieces = nullptr);
+
+/// The same interval by interval: between two knots of the function's factors that the line crosses.
+struct LineInterval {
+  double to = 0;        ///< where it ends; it begins where the one before does
+  double integral = 0;  ///< c (W(to) - W(from)), Gross et al., eq. 37
+};
+/// In the order of t; none where the line misses the function.
+void line_intervals(const Expansion& expansion, const Band& band, const Term& term, const Vec3& origin,
+                    const Vec3& direction, double begin, double end, std::vector<LineInterval>& intervals);
 
 }  // namespace vol::wavelet

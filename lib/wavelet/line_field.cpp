@@ -142,19 +142,22 @@ LineField::Sample LineField::at(double t, const List& list, std::size_t from, st
   return sum;
 }
 
-Vec3 LineField::gradient(double t, const List& list, std::size_t from, std::size_t to) {
+Vec3 LineField::gradient(double t, const List& list, std::size_t from, std::size_t to, Vec3* size) {
   ++now_;
   visited_ += static_cast<std::int64_t>(to - from);
   Vec3 sum = Vec3::Zero();
+  if (size != nullptr) *size = Vec3::Zero();
   for (std::size_t n = from; n < to; ++n) {
     const Active& term = active_[list[n]];
     const Slot& x = sampled(term.factor[0], t);
     const Slot& y = sampled(term.factor[1], t);
     const Slot& z = sampled(term.factor[2], t);
     const auto& axes = terms_.bands()[term.band].axes;
-    sum += term.c * Vec3(axes[0].per_index * x.slope * y.value * z.value,
-                         axes[1].per_index * x.value * y.slope * z.value,
-                         axes[2].per_index * x.value * y.value * z.slope);
+    const Vec3 slope = term.c * Vec3(axes[0].per_index * x.slope * y.value * z.value,
+                                     axes[1].per_index * x.value * y.slope * z.value,
+                                     axes[2].per_index * x.value * y.value * z.slope);
+    sum += slope;
+    if (size != nullptr) *size += slope.cwiseAbs();
   }
   return sum;
 }

@@ -76,7 +76,9 @@ class LineField {
   };
   [[nodiscard]] Sample at(double t, const List& list, std::size_t from, std::size_t to);
   /// Index space gradient, Gross et al. (43).
-  [[nodiscard]] Vec3 gradient(double t, const List& list, std::size_t from, std::size_t to);
+  /// \param size  if given, the sum of the terms' magnitudes, of which rounding is a part in 1e16
+  [[nodiscard]] Vec3 gradient(double t, const List& list, std::size_t from, std::size_t to,
+                              Vec3* size = nullptr);
 
   /// On [a, b]: (45) computed from the terms at hand, along the line.
   struct Bound {

@@ -47,10 +47,11 @@ double integral_of_product(const std::array<double, 4>& x, const std::array<doub
   return p0 + p2 / 12 + p4 / 80 + p6 / 448 + p8 / 2304;
 }
 
-}  // namespace
-
-double line_integral(const Expansion& expansion, const Band& band, const Term& term, const Vec3& origin,
-                     const Vec3& direction, double begin, double end, std::int64_t* pieces) {
+/// Calls f(to, integral) for each of the function's polynomial pieces on the line, in the order of t; without
+/// the coefficient.
+template <class F>
+void for_each_piece(const Expansion& expansion, const Band& band, const Term& term, const Vec3& origin,
+                    const Vec3& direction, double begin, double end, const F& f) {
   // t counts from the middle of what is asked for: far from the ray's origin no digits are lost.
   std::array<Track, 3> tracks;
   const double from = 0.5 * (begin + end);
@@ -66,27 +67,26 @@ double line_integral(const Expansion& expansion, const Band& band, const Term& t
     const auto n = static_cast<double>(track.f->pieces.size());
     const double first = track.crossing(0), last = track.crossing(n);
     if (track.dq == 0) {
-      if (!(track.q0 >= 0 && track.q0 < n)) return 0;
+      if (!(track.q0 >= 0 && track.q0 < n)) return;
     } else {
       a = std::max(a, std::min(first, last));
       b = std::min(b, std::max(first, last));
     }
   }
-  if (!(a < b)) return 0;
+  if (!(a < b)) return;
   for (Track& track : tracks) {
     track.step = track.dq < 0 ? -1 : 1;
     const double q = track.q0 + track.dq * a;
     track.knot = track.dq < 0 ? std::ceil(q) - 1 : std::floor(q) + 1;
     track.next = track.crossing(track.knot);
   }
-  double sum = 0;
   while (a < b) {
     const double to = std::min({b, tracks[0].next, tracks[1].next, tracks[2].next});
     if (to > a) {
       const double middle = 0.5 * (a + to), length = to - a;
-      sum += length * integral_of_product(about(tracks[0], middle, length), about(tracks[1], middle, length),
-                                          about(tracks[2], middle, length));
-      if (pieces != nullptr) ++*pieces;
+      f(from + to,
+        length * integral_of_product(about(tracks[0], middle, length), about(tracks[1], middle, length),
+                                     about(tracks[2], middle, length)));
       a = to;
     }
     for (Track& track : tracks) {
@@ -96,7 +96,26 @@ double line_integral(const Expansion& expansion, const Band& band, const Term& t
       }
     }
   }
+}
+
+}  // namespace
+
+double line_integral(const Expansion& expansion, const Band& band, const Term& term, const Vec3& origin,
+                     const Vec3& direction, double begin, double end, std::int64_t* pieces) {
+  double sum = 0;
+  for_each_piece(expansion, band, term, origin, direction, begin, end, [&](double, double integral) {
+    sum += integral;
+    if (pieces != nullptr) ++*pieces;
+  });
   return term.c * sum;
+}
+
+void line_intervals(const Expansion& expansion, const Band& band, const Term& term, const Vec3& origin,
+                    const Vec3& direction, double begin, double end, std::vector<LineInterval>& intervals) {
+  intervals.clear();
+  for_each_piece(expansion, band, term, origin, direction, begin, end, [&](double to, double integral) {
+    intervals.push_back({to, term.c * integral});
+  });
 }
 
 }  // namespace vol::wavelet

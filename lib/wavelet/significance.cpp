@@ -1,4 +1,5 @@
 #include "wavelet/significance.h"
+#include "wavelet/initialisation.h"
 
 #include <cmath>
 #include <limits>
@@ -58,6 +59,11 @@ template <class T>
 PredictedError predicted_error(const Decomposition<T>& decomposition, const RejectionReport& report) {
   const Wavelet wavelet = make_wavelet(decomposition.wavelet);
   const bool periodic = decomposition.boundary == Boundary::periodic;
+  if (decomposition.initialisation == Initialisation::interpolate) {
+    const double largest = phi_response(wavelet).largest;
+    return {ErrorKind::bound,
+            std::pow(largest, transformed_axes(decomposition.extended_dims)) * report.rejected_norm};
+  }
   if (wavelet.orthonormal) {
     const bool whole = periodic && decomposition.extended_dims == decomposition.geometry.dims;
     return {whole || decomposition.levels == 0 ? ErrorKind::exact : ErrorKind::bound, report.rejected_norm};

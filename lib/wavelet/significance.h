@@ -68,6 +68,7 @@ RejectionReport reject(Decomposition<T>& decomposition, const Rejection& rejecti
 ///             beyond it are). For truncated filters on a period, with B and e their frame_bounds(), d
 ///             transformed axes and M levels:  B^(dM) |rejected| + E_M |f|,  E_1 = (1+e)^d - 1,  E_m = E_1 +
 ///             B^(2d) E_(m-1) the relative error of m levels there and back,  |f| <= B^(dM) |c| / (1 - E_M)
+///   Coefficients that interpolate: with R the largest response of phi's samples, R^d |rejected|.
 ///   estimate  the same for truncated filters with the symmetric boundary, whose reflected samples add to |f|
 enum class ErrorKind { exact, bound, estimate };
 [[nodiscard]] std::string_view name(ErrorKind kind);

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "base/parallel.h"
-#include "base/rng.h"
+#include "noise_volume.h"
 #include "render/raycast.h"
 #include "render/wavelet_xray.h"
 #include "wavelet/dwt.h"
@@ -11,20 +11,6 @@
 
 namespace vol::render {
 namespace {
-
-volume::Volume noise(const Dims& dims, std::uint64_t seed, double amplitude = 1) {
-  volume::GridGeometry geometry;
-  geometry.dims = dims;
-  geometry.spacing = {0.7, 1.3, 0.9};
-  geometry.origin = {-12.5, 3, 101};
-  geometry.direction = Eigen::AngleAxisd(0.4, Vec3(1, 2, -1).normalized()).toRotationMatrix();
-  Rng rng(seed);
-  volume::Grid<double> grid{geometry, Buffer<double>(static_cast<std::size_t>(geometry.count()))};
-  for (double& v : grid.voxels) v = amplitude * rng.uniform(-0.5, 1);
-  volume::Volume volume;
-  volume.grid = std::move(grid);
-  return volume;
-}
 
 wavelet::Decomposition<double> transformed(const volume::Volume& volume, const std::string& wavelet,
                                            std::int64_t keep) {
@@ -45,7 +31,7 @@ Scene oblique(camera::Projection projection) {
 // The reference quadrature of any field, adaptive, knows nothing of wavelets: it samples the expansion as a
 // FieldSampler. Pictures are float (6e-8) and the reference is asked for 1e-7 of the largest value and chord.
 TEST(WaveletXray, EqualsTheReferenceIntegralOfTheSameField) {
-  const auto volume = noise({9, 6, 11}, 3);
+  const auto volume = noise({9, 6, 11}, 3, -0.5, 1);
   for (const char* name : {"haar", "battle-lemarie-3", "daubechies-4"}) {
     const wavelet::Expansion expansion(transformed(volume, name, 12), {.depth = 2});
     for (const auto projection : {camera::Projection::orthographic, camera::Projection::perspective}) {
@@ -77,7 +63,7 @@ TEST(WaveletXray, EqualsTheReferenceIntegralOfTheSameField) {
 // volume). The sum over pixel centres stands for the integral over the picture; noise on 64 x 64 pixels is
 // within 5 % of it.
 TEST(WaveletXray, DroppingCoefficientsCostsNoMoreThanTheirNorm) {
-  const auto volume = noise({16, 12, 14}, 8);
+  const auto volume = noise({16, 12, 14}, 8, -0.5, 1);
   const Scene scene = oblique(camera::Projection::orthographic);
   const RenderOptions options{.width = 64, .height = 64};
   for (const char* name : {"haar", "battle-lemarie-1"}) {
@@ -104,13 +90,13 @@ TEST(WaveletXray, DroppingCoefficientsCostsNoMoreThanTheirNorm) {
 }
 
 TEST(WaveletXray, NothingIsBlackAndLargeValuesAreRight) {
-  const auto volume = noise({16, 8, 8}, 5);
+  const auto volume = noise({16, 8, 8}, 5, -0.5, 1);
   const Scene scene = oblique(camera::Projection::orthographic);
   const RenderOptions options{.width = 8, .height = 8};
   const wavelet::Expansion none(transformed(volume, "daubechies-6", 0));
   const auto black = WaveletXray(none).draw(scene, options);
   EXPECT_EQ(black.counts.samples, 0);
-  const auto large = noise({16, 8, 8}, 5, 1e30);
+  const auto large = noise({16, 8, 8}, 5, -0.5e30, 1e30);
   const wavelet::Expansion one(transformed(volume, "daubechies-6", 40)),
       huge(transformed(large, "daubechies-6", 40));
   const auto a = WaveletXray(one).draw(scene, options), b = WaveletXray(huge).draw(scene, options);
@@ -123,7 +109,7 @@ TEST(WaveletXray, NothingIsBlackAndLargeValuesAreRight) {
 }
 
 TEST(WaveletXray, ThreadsDoNotMatter) {
-  const auto volume = noise({16, 8, 8}, 5);
+  const auto volume = noise({16, 8, 8}, 5, -0.5, 1);
   const wavelet::Expansion expansion(transformed(volume, "coiflet-6", 100));
   const Scene scene = oblique(camera::Projection::orthographic);
   const RenderOptions options{.width = 16, .height = 16};

@@ -63,6 +63,19 @@ print(level3, levels12, none, norm)
 sys.exit(not (none == 0 < levels12 < level3 and abs(math.hypot(level3, levels12) / norm - 1) < 1e-6))  # float
 PYTHON
 
+# Coefficients that interpolate: the file says so, the inverse gives the voxels.
+"$bin/vol-phantom" gaussian --dims 24x20x17 --type u8 -o bytes.nrrd || exit 2
+"$bin/vol-dwt" bytes.nrrd -o through.vdb --wavelet coiflet-6 --initialise interpolate --quiet || fail "status $? for --initialise"
+"$bin/vol-info" through.vdb | grep -q "initialisation *interpolate" || fail "vol-info does not say that the field interpolates"
+"$bin/vol-info" haar.vdb | grep -q "initialisation *samples" || fail "vol-info does not say that c0 are the samples"
+"$bin/vol-dwt" through.vdb -o bytes_back.nrrd --inverse --quiet || fail "status $? for --inverse"
+"$bin/vol-compare" bytes_back.nrrd bytes.nrrd --fail-above max=0 >/dev/null || fail "the inverse is not the voxels"
+refused_for battle-lemarie-3 "$bin/vol-dwt" field.nrrd -o a.vdb --wavelet battle-lemarie-3:29 --initialise interpolate
+refused_for 0.0308 "$bin/vol-dwt" field.nrrd -o a.vdb --wavelet daubechies-10 --initialise interpolate
+refused_for periodic "$bin/vol-dwt" field.nrrd -o a.vdb --boundary symmetric --initialise interpolate
+refused_for samples "$bin/vol-index" through.vdb -o a.nrrd --epsilon 1
+refused_for samples "$bin/vol-segment" through.vdb -o a.nrrd
+
 "$bin/vol-dwt" field.nrrd -o symmetric.vdb --boundary symmetric --levels 1 --quiet || exit 2
 for wrong in "field.nrrd -o a.exr" "symmetric.vdb -o a.exr" "haar.vdb -o a.exr --depth 15" "haar.vdb -o a.exr --depth 0" "haar.vdb -o a.exr --model mip" "haar.vdb -o a.exr --levels 3:1" "haar.vdb -o a.exr --levels 4:5" "haar.vdb -o a.exr --levels 1:4" "haar.vdb -o a.exr --levels 0:2" "haar.vdb -o a.exr --levels 1" "haar.vdb -o a.exr --budget -1" "haar.vdb -o a.exr --region 1,1,1:0,2,2" "haar.vdb -o a.ply" "none.vdb -o a.exr"; do
   # shellcheck disable=SC2086
