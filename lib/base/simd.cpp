@@ -44,6 +44,7 @@ void limit_simd(std::string_view most) {
 
 const char* simd_name() {
   const std::int64_t targets = hwy::SupportedTargets();
+  hwy::GetChosenTarget().Update(targets);  // Highway 1.0's question chooses anew, disabled targets among them
 #if HWY_ARCH_X86
   if ((targets & kAvx512) != 0) return "AVX-512";
   if ((targets & HWY_AVX2) != 0) return "AVX2";

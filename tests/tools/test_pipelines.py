@@ -175,6 +175,23 @@ class Check(unittest.TestCase):
         self.assertEqual(got, 1)
         self.assertIn("b s m w 3 q 1v: not in the regenerated table", said)
 
+    def test_cells_of_several_figures_and_what_is_no_number(self):
+        tolerances = "check: {samples: {relative: 0.1}, mse_truth: {relative: 0.01}}"
+        committed = {self.ROW: {"samples": "1 20 300", "mse_truth": "inf"}}
+        for samples, mse, status in [("1 21 300", "inf", 0), ("1 20 400", "inf", 1), ("1 20", "inf", 1), ("1 nan 300", "inf", 1),
+                                     ("1 20 300", "nan", 1), ("1 20 300", "0.5", 1), ("1 20 300", "", 1)]:
+            self.assertEqual(self.verdict(committed, {self.ROW: {"samples": samples, "mse_truth": mse}}, tolerances)[0], status, (samples, mse))
+
+    def test_what_one_method_is_allowed(self):
+        tolerances = "check: {samples: {relative: 0.01}, mse_truth: {relative: 0.01}}\ncheck_of: {m: {samples: {relative: 0.1}}}"
+        other = "a s n w 3 q 1v"
+        committed = {key: {"samples": 100, "mse_truth": 1} for key in (self.ROW, other)}
+        self.assertEqual(self.verdict(committed, {**committed, self.ROW: {"samples": 105, "mse_truth": 1}}, tolerances)[0], 0)
+        self.assertEqual(self.verdict(committed, {**committed, self.ROW: {"samples": 105, "mse_truth": 1.05}}, tolerances)[0], 1)
+        got, said = self.verdict(committed, {**committed, other: {"samples": 105, "mse_truth": 1}}, tolerances)
+        self.assertEqual(got, 1)
+        self.assertIn("a s n w 3 q 1v: samples 100 -> 105", said)
+
     def test_a_row_that_nobody_committed(self):
         got, said = self.verdict({}, {self.ROW: {"samples": 1, "mse_truth": 0}})
         self.assertEqual(got, 1)
