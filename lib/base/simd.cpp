@@ -19,10 +19,8 @@ struct Limit {
 
 #if HWY_ARCH_X86
 constexpr std::int64_t kAvx512 = HWY_AVX3 | HWY_AVX3_DL;
-constexpr Limit kLimits[] = {{"portable", ~kPortable},
-                             {"SSE4", kAvx512 | HWY_AVX2},
-                             {"AVX2", kAvx512},
-                             {"AVX-512", 0}};
+constexpr Limit kLimits[] = {
+    {"portable", ~kPortable}, {"SSE4", kAvx512 | HWY_AVX2}, {"AVX2", kAvx512}, {"AVX-512", 0}};
 #else
 constexpr Limit kLimits[] = {{"portable", ~kPortable}};
 #endif

@@ -10,8 +10,8 @@ namespace vol {
 /// \throws Error for other words
 void limit_simd(std::string_view most);
 
-/// What the kernels run on: one of the words of limit_simd(), or "SSSE3", which some of them use and the others
-/// take for "portable".
+/// What the kernels run on: one of the words of limit_simd(), or "SSSE3", which some of them use and the
+/// others take for "portable".
 [[nodiscard]] const char* simd_name();
 
 }  // namespace vol
