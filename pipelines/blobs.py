@@ -75,16 +75,16 @@ def write_grid(path, voxels):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("edge", type=int)
+    parser.add_argument("--edge", type=int, help="voxels; without it the volume is there, and its grid is made")
     parser.add_argument("--volume", required=True)
-    parser.add_argument("--dense", required=True)
+    parser.add_argument("--dense")
     parser.add_argument("--grid", required=True)
     arguments = parser.parse_args()
-    found = scaled(arguments.edge)
-    voxels = sampled(arguments.edge, found)
-    isosurface.write_nrrd(arguments.volume, voxels)
-    write_grid(arguments.grid, voxels.astype("f4"))
-    isosurface.write_nrrd(arguments.dense, sampled(arguments.edge, found, DENSER), 1 / DENSER)
+    if arguments.edge:
+        found = scaled(arguments.edge)
+        isosurface.write_nrrd(arguments.volume, sampled(arguments.edge, found))
+        isosurface.write_nrrd(arguments.dense, sampled(arguments.edge, found, DENSER), 1 / DENSER)
+    write_grid(arguments.grid, isosurface.read_nrrd(arguments.volume))
 
 
 if __name__ == "__main__":

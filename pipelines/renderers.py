@@ -58,6 +58,7 @@ class Gallery:
         self.folder = pathlib.Path(settings["out"]) / "pictures" / dataset / picture
         self.folder.mkdir(parents=True, exist_ok=True)
         self.is_xray = picture == "xray"
+        self.size = self.dataset.get("size", self.asked["size"])
         invisible = self.folder / "invisible.yaml"
         invisible.write_text("colours: [[0, 0, 0, 0], [1, 0, 0, 0]]\nopacity: [[0, 0], [1, 0]]\n")
         self.words = {"volume": self.volumes / f"{dataset}.nrrd", "grid": self.volumes / f"{dataset}.vts", "invisible": invisible,
@@ -87,7 +88,7 @@ class Gallery:
         return self.run(family["draw"].format(**words), output, [*self.camera(), "--repeat", repeat]), prepared
 
     def camera(self):
-        return [*shlex.split(self.dataset["camera"]), "--size", self.asked["size"]]
+        return [*shlex.split(self.dataset["camera"]), "--size", self.size]
 
     def reduced(self, share):
         """The volume with so many times fewer samples along every axis, over the same box."""
@@ -129,7 +130,7 @@ class Gallery:
         scene = sweep.yaml.safe_load((sweep.ROOT / self.dataset["scene"]).read_text())["camera"]
         view, width = f"{scene['azimuth']},{scene['elevation']}", float(self.dataset["camera"].split()[-1])
         right, down = fourier_truth.axes(view)
-        size = int(self.asked["size"].split("x")[0])
+        size = int(self.size.split("x")[0])
         picture = blobs.xray(self.dataset["edge"], right, down, width, size)
         convergence.write_exr(path, dict.fromkeys("RGB", picture))
 
@@ -172,6 +173,7 @@ def costs(drawn, prepared):
 def accuracy(gallery, log):
     """Every setting once; a ladder ends where finer settings answer no question."""
     asked, truth, rows = gallery.asked, gallery.truth(), []
+    whole = gallery.dataset.get("check")  # which settings there are must not depend on the machine
     for name, family in families(gallery.picture["methods"]):
         if gallery.name not in family.get("only", [gallery.name]):
             continue
@@ -179,13 +181,13 @@ def accuracy(gallery, log):
         for ladder in settings_of(family):
             for values in ladder:
                 picture = gallery.folder / "picture.exr"
-                drawn, prepared = gallery.draw(family, values, picture, asked["repeats"])
+                drawn, prepared = gallery.draw(family, values, picture, 1 if whole else asked["repeats"])
                 if drawn is None:
                     break
                 rmse, largest = gallery.error(picture, truth)
-                rows.append({"method": name, "setting": shown(family, values), "rmse": rmse, "largest": largest, "family": family, "values": values,
+                rows.append({"method": name, "setting": shown(family, values), "size": gallery.size, "rmse": rmse, "largest": largest, "family": family, "values": values,
                              "own": gallery.error(picture, own)[0] if own else None, **costs(drawn, prepared), "host": drawn["host"]})
-                if rmse <= asked["targets"][-1] or rows[-1]["seconds"] > asked["limit_s"]:
+                if not whole and (rmse <= asked["targets"][-1] or rows[-1]["seconds"] > asked["limit_s"]):
                     break
             gallery.forget()
         log(f"{name}: {sum(r['method'] == name for r in rows)} settings")

@@ -10,17 +10,30 @@ HERE = [d for d in DATASETS if d in SWEEP.get("only", list(DATASETS))]
 BLOBS = {name: entry["edge"] for name, entry in SWEEP["datasets"].items() if "edge" in entry}
 
 ruleorder: blobs > dataset
+ruleorder: blobs > grid
 
 rule blobs:
     input: "pipelines/blobs.py", "pipelines/isosurface.py"
     output: **{kind: f"{OUT}/volumes/{{dataset}}{end}" for kind, end in (("volume", ".nrrd"), ("dense", "-dense.nrrd"), ("grid", ".vts"))}
     wildcard_constraints: dataset="|".join(BLOBS)
     params: edge=lambda w: BLOBS[w.dataset]
-    shell: "{PYTHON} -B pipelines/blobs.py {params.edge} --volume {output.volume} --dense {output.dense} --grid {output.grid}"
+    shell: "{PYTHON} -B pipelines/blobs.py --edge {params.edge} --volume {output.volume} --dense {output.dense} --grid {output.grid}"
+
+# The samples of a volume as a curvilinear grid.
+rule grid:
+    input: "pipelines/blobs.py", volume=f"{OUT}/volumes/{{dataset}}.nrrd"
+    output: f"{OUT}/volumes/{{dataset}}.vts"
+    shell: "{PYTHON} -B pipelines/blobs.py --volume {input.volume} --grid {output}"
+
+def needs_grid(dataset, picture):
+    families = [f for entry in SWEEP["pictures"][picture]["methods"].values() for f in (entry if isinstance(entry, list) else [entry])]
+    return any("{grid}" in family["draw"] and dataset in family.get("only", [dataset]) for family in families)
 
 # Every setting once, for its error.
 rule accuracy:
-    input: CODE, TOOLS, volume=f"{OUT}/volumes/{{dataset}}.nrrd"
+    input:
+        CODE, TOOLS, volume=f"{OUT}/volumes/{{dataset}}.nrrd",
+        grid=lambda w: [f"{OUT}/volumes/{w.dataset}.vts"] if needs_grid(w.dataset, w.picture) else []
     output: f"{OUT}/accuracy/{{dataset}}/{{picture}}.json"
     params: asked=lambda w: [SWEEP["datasets"][w.dataset], SWEEP["pictures"][w.picture], SWEEP["size"], SWEEP["targets"]]
     threads: ALL_CORES
@@ -29,13 +42,14 @@ rule accuracy:
 rule times:
     input: rows=f"{OUT}/accuracy/{{dataset}}/{{picture}}.json"
     output: f"{OUT}/times/{{dataset}}/{{picture}}.json"
-    params: asked=SWEEP["rounds"]
+    params: asked=[SWEEP["rounds"], SWEEP["repeats"]]
     threads: ALL_CORES
     shell:
         "{PYTHON} -B pipelines/renderers.py {SETTINGS} {wildcards.dataset} {wildcards.picture} --bin {BIN} --rows {input.rows} -o {output}"
 
 FOUND = expand(f"{OUT}/accuracy/{{dataset}}/{{picture}}.json", dataset=HERE, picture=list(SWEEP["pictures"]))
-TIMED = expand(f"{OUT}/times/{{dataset}}/{{picture}}.json", dataset=HERE, picture=list(SWEEP["pictures"])) if SWEEP["rounds"] else []
+TIMED = expand(f"{OUT}/times/{{dataset}}/{{picture}}.json", picture=list(SWEEP["pictures"]),
+               dataset=[d for d in HERE if not SWEEP["datasets"][d].get("check")])
 
 rule table:
     input: "pipelines/renderers_table.py", SETTINGS, FOUND, TIMED

@@ -69,7 +69,8 @@ def best_within(rows, method, limit_s):
 def sheet(settings, binaries, groups, path):
     """Of one data set: every picture's truth, and beside it what each method draws within the time that `shown` allows."""
     shown = settings["sweep"]["shown"]
-    dataset = shown["dataset"] if shown["dataset"] in settings["datasets"] else settings["datasets"][0]
+    datasets = list(dict.fromkeys(name for name, _ in groups))
+    dataset = shown["dataset"] if shown["dataset"] in datasets else datasets[0]
     kinds = [picture for name, picture in groups if name == dataset]
     methods = {picture: list(dict.fromkeys(row["method"] for row in groups[dataset, picture])) for picture in kinds}
     columns = 1 + max(map(len, methods.values()))
@@ -104,6 +105,8 @@ def main():
     arguments = parser.parse_args()
     settings = records.load(arguments.settings)
     groups = renderers_table.merged(settings)
+    timed = {key: rows for key, rows in groups.items() if any(row.get("rounds") for row in rows)}
+    groups = timed or groups  # the short form has small pictures alone
     panels(groups, "time of a picture, ms", lambda r: 1e3 * r["seconds"], arguments.output / "error-time.png")
     panels(groups, "peak memory, MB", lambda r: r["bytes"] / 1e6, arguments.output / "error-memory.png")
     sheet(settings, arguments.bin, groups, arguments.output / "pictures.png")

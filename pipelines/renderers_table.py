@@ -8,7 +8,7 @@ import statistics
 import records
 import rounds
 
-COLUMNS = ["dataset", "picture", "method", "setting", "rmse", "largest", "own", "time_s", "once_s", "bytes", "once_bytes"]
+COLUMNS = ["dataset", "size", "picture", "method", "setting", "rmse", "largest", "own", "time_s", "once_s", "bytes", "once_bytes"]
 TITLES = {"xray": "X-ray", "composite": "Emission and absorption", "isosurface": "Isosurface"}
 
 EXPLANATION = """\
@@ -38,7 +38,7 @@ def found(settings, kind):
 
 def merged(settings):
     """{(dataset, picture): rows}, of those that were timed in rounds with these as `rounds` and their median as `seconds`."""
-    timed = found(settings, "times") if settings["sweep"]["rounds"] else {}
+    timed = found(settings, "times")
     rows = found(settings, "accuracy")
     for key, several in timed.items():
         by_setting = {(t["method"], t["setting"]): t["seconds"] for t in several}
@@ -77,11 +77,11 @@ def winners(swept, picture, groups):
     return markdown(lines)
 
 
-def chosen(swept, picture, groups):
+def chosen(picture, groups):
     lines = [["data set", "method", "setting", "RMSE", "largest", "own", "ms", "once, ms", "MB", "once, MB"]]
     for (dataset, kind), rows in groups.items():
         for row in rows if kind == picture else []:
-            if row.get("rounds") or not swept["rounds"]:
+            if row.get("rounds") or not any(r.get("rounds") for r in rows):
                 lines.append([dataset, row["method"], row["setting"], *(records.number(row[c], 3) for c in ("rmse", "largest", "own")),
                               milliseconds(row["seconds"]), milliseconds(row["once"]), f"{row['bytes'] / 1e6:.0f}",
                               f"{row['once_bytes'] / 1e6:.0f}" if row["once_bytes"] else ""])
@@ -98,16 +98,15 @@ def main():
         for (dataset, picture), rows in groups.items():
             for row in rows:
                 figures = [records.number(row[c], 6) for c in ("rmse", "largest", "own")]
-                writer.writerow([dataset, picture, row["method"], row["setting"], *figures, f"{row['seconds']:.4g}", f"{row['once']:.4g}",
+                writer.writerow([dataset, row["size"], picture, row["method"], row["setting"], *figures, f"{row['seconds']:.4g}", f"{row['once']:.4g}",
                                  row["bytes"], row["once_bytes"] or ""])
     host = next(iter(groups.values()))[0]["host"]
     about = f"{host['cpu']}, {host['threads']} threads, {host['simd']}"
     text = EXPLANATION.format(size=swept["size"], repeats=swept["repeats"], rounds=swept["rounds"], host=about)
     for picture in swept["pictures"]:
         text += f"\n## {TITLES[picture]}\n\n"
-        if swept["rounds"]:
-            text += winners(swept, picture, groups) + "\n"
-        text += chosen(swept, picture, groups)
+        timed = {key: rows for key, rows in groups.items() if any(row.get("rounds") for row in rows)}
+        text += winners(swept, picture, timed) + "\n" + chosen(picture, timed) if timed else chosen(picture, groups)
     pathlib.Path(arguments.markdown).write_text(text)
 
 
