@@ -27,14 +27,11 @@ def table_arguments(description, *inputs, folder=False):
     return parser.parse_args()
 
 
-def tool_arguments(description, *inputs, optional=()):
-    """The command line of a program that runs tools: its inputs, those that may be left out as options, --bin where the tools
-    are, and -o what it makes."""
+def tool_arguments(description, *inputs):
+    """The command line of a program that runs tools: its inputs, --bin where the tools are, and -o what it makes."""
     parser = argparse.ArgumentParser(description=description)
     for name in inputs:
         parser.add_argument(name)
-    for name in optional:
-        parser.add_argument(f"--{name}")
     parser.add_argument("--bin", required=True, help="folder of the tools")
     parser.add_argument("-o", "--output", required=True)
     return parser.parse_args()

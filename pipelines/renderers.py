@@ -1,6 +1,5 @@
 #!/usr/bin/python3
-"""One data set and one kind of picture of `renderers`: every setting once, for its error and a rough time; then those that are the
-fastest of their method at some error again, interleaved."""
+"""One data set and one kind of picture of `renderers`: every setting once, for its error and a rough time."""
 
 import itertools
 import json
@@ -194,37 +193,10 @@ def accuracy(gallery, log):
     return rows
 
 
-def contenders(rows, targets):
-    """Of every method the fastest setting at each target."""
-    chosen = {}
-    for method, target in itertools.product(dict.fromkeys(row["method"] for row in rows), targets):
-        able = [row for row in rows if row["method"] == method and row["rmse"] <= target]
-        if able:
-            best = min(able, key=lambda row: row["seconds"])
-            chosen[best["method"], best["setting"]] = best
-    return chosen
-
-
-def times(gallery, rows, log):
-    """[{method, setting, seconds of each round}]"""
-    asked, chosen = gallery.asked, contenders(rows, gallery.asked["targets"])
-    picture = gallery.folder / "picture.exr"
-
-    def one(row):
-        return seconds(gallery.draw(row["family"], row["values"], picture, asked["repeats"])[0])[0]
-
-    found = rounds.interleaved({key: lambda row=row: one(row) for key, row in chosen.items()}, asked["rounds"])
-    gallery.forget()
-    log(f"{len(chosen)} settings, {asked['rounds']} rounds")
-    return [{"method": method, "setting": setting, "seconds": found[method, setting]} for method, setting in found]
-
-
 def main():
-    arguments = records.tool_arguments(__doc__, "settings", "dataset", "picture", optional=["rows"])
-    settings = json.loads(pathlib.Path(arguments.settings).read_text())
-    gallery = Gallery(arguments.bin, settings, arguments.dataset, arguments.picture)
-    log = lambda text: rounds.say(f"{arguments.dataset}, {arguments.picture}: {text}")  # noqa: E731
-    found = times(gallery, records.load(arguments.rows), log) if arguments.rows else accuracy(gallery, log)
+    arguments = records.tool_arguments(__doc__, "settings", "dataset", "picture")
+    gallery = Gallery(arguments.bin, records.load(arguments.settings), arguments.dataset, arguments.picture)
+    found = accuracy(gallery, lambda text: rounds.say(f"{arguments.dataset}, {arguments.picture}: {text}"))
     pathlib.Path(arguments.output).write_text(json.dumps(found, indent=1))
 
 

@@ -40,12 +40,12 @@ rule accuracy:
     shell: "{PYTHON} -B pipelines/renderers.py {SETTINGS} {wildcards.dataset} {wildcards.picture} --bin {BIN} -o {output}"
 
 rule times:
-    input: rows=f"{OUT}/accuracy/{{dataset}}/{{picture}}.json"
+    input: "pipelines/renderers_times.py", rows=f"{OUT}/accuracy/{{dataset}}/{{picture}}.json"
     output: f"{OUT}/times/{{dataset}}/{{picture}}.json"
-    params: asked=[SWEEP["rounds"], SWEEP["repeats"]]
+    params: asked=[SWEEP["rounds"], SWEEP["repeats"], SWEEP["near"]]
     threads: ALL_CORES
     shell:
-        "{PYTHON} -B pipelines/renderers.py {SETTINGS} {wildcards.dataset} {wildcards.picture} --bin {BIN} --rows {input.rows} -o {output}"
+        "{PYTHON} -B pipelines/renderers_times.py {SETTINGS} {wildcards.dataset} {wildcards.picture} {input.rows} --bin {BIN} -o {output}"
 
 FOUND = expand(f"{OUT}/accuracy/{{dataset}}/{{picture}}.json", dataset=HERE, picture=list(SWEEP["pictures"]))
 TIMED = expand(f"{OUT}/times/{{dataset}}/{{picture}}.json", picture=list(SWEEP["pictures"]),

@@ -19,12 +19,14 @@ Pictures of {size} pixels by every renderer that can draw them, against one trut
 inside the box, is what the samples were taken of: X-rays in closed form, all else from samples three times as dense joined by cubic
 B-splines. Nobody knows what a scanner's voxels were taken of; there it is the exact picture of the trilinear field, a convention, and the one
 of ray casters. **Own** is the error against the exact picture of what a method itself means: of rays the trilinear field, of Fourier slices the
-plain sum over all voxels, band-limited, of haar all its coefficients. Where the own error is small and the other is not, a method computes well
+plain sum over all voxels, band-limited (also of those on the box's faces, which count half in a trilinear field that ends there), of haar
+all its coefficients. Where the own error is small and the other is not, a method computes well
 what is not the convention; no setting of it comes nearer. [Error over time](error-time.png), [over memory](error-memory.png).
 
 Times are of a picture alone, on all cores, the faster of {repeats} runs in one process; what is made once a volume (transform, spectrum, index,
 mesh, and planning) stands beside, memory is the whole process's peak. Settings below are the fastest of their method at an error; their times are
-medians of {rounds} interleaved rounds, all others' of a single pass. *Ahead*: how many times as fast the fastest method is as the next one, median and 95 %
+medians of {rounds} interleaved rounds, or of a single run where a method is more than {near} times slower than the fastest; those of all
+other settings, in table.csv alone, are of one pass beside other work. *Ahead*: how many times as fast the fastest method is as the next one, median and 95 %
 interval. {host}.
 """
 
@@ -71,7 +73,8 @@ def winners(swept, picture, groups):
         for target in swept["targets"] if kind == picture else []:
             best = at_target(rows, target)
             order = sorted(best, key=lambda m: best[m]["seconds"])
-            ahead = rounds.shown(rounds.ratio(*(best[m]["rounds"] for m in reversed(order[:2])))) if len(order) > 1 else ""
+            both = [best[m]["rounds"] for m in reversed(order[:2])]
+            ahead = rounds.shown(rounds.ratio(*both)) if len(both) == 2 else ""
             times = [milliseconds(best[m]["seconds"]) if m in best else "-" for m in methods]
             lines.append([dataset, f"{target:g}", *(f"**{t}**" if order and m == order[0] else t for m, t in zip(methods, times)), ahead])
     return markdown(lines)
@@ -102,7 +105,7 @@ def main():
                                  row["bytes"], row["once_bytes"] or ""])
     host = next(iter(groups.values()))[0]["host"]
     about = f"{host['cpu']}, {host['threads']} threads, {host['simd']}"
-    text = EXPLANATION.format(size=swept["size"], repeats=swept["repeats"], rounds=swept["rounds"], host=about)
+    text = EXPLANATION.format(size=swept["size"], repeats=swept["repeats"], rounds=swept["rounds"], near=swept["near"], host=about)
     for picture in swept["pictures"]:
         text += f"\n## {TITLES[picture]}\n\n"
         timed = {key: rows for key, rows in groups.items() if any(row.get("rounds") for row in rows)}
