@@ -34,8 +34,8 @@ def settings_of(family):
 
 
 def shown(family, values):
-    """What the tables call a setting: the command without what names the data set, and what was prepared for it."""
-    words, given = shlex.split(family["draw"]), []
+    """What the tables call a setting: the options of its command that do not name files, and what was prepared for it."""
+    words, given = shlex.split(family["draw"])[1:], []
     for number, word in enumerate(words):
         file = number + 1 < len(words) and is_file(words[number + 1], values)
         if not file and not is_file(word, values):
@@ -58,6 +58,7 @@ class Gallery:
         self.folder.mkdir(parents=True, exist_ok=True)
         self.is_xray = picture == "xray"
         self.size = self.dataset.get("size", self.asked["size"])
+        self.targets = self.picture.get("targets", self.asked["targets"])
         invisible = self.folder / "invisible.yaml"
         invisible.write_text("colours: [[0, 0, 0, 0], [1, 0, 0, 0]]\nopacity: [[0, 0], [1, 0]]\n")
         self.words = {"volume": self.volumes / f"{dataset}.nrrd", "grid": self.volumes / f"{dataset}.vts", "invisible": invisible,
@@ -186,7 +187,7 @@ def accuracy(gallery, log):
                 rmse, largest = gallery.error(picture, truth)
                 rows.append({"method": name, "setting": shown(family, values), "size": gallery.size, "rmse": rmse, "largest": largest, "family": family, "values": values,
                              "own": gallery.error(picture, own)[0] if own else None, **costs(drawn, prepared), "host": drawn["host"]})
-                if not whole and (rmse <= asked["targets"][-1] or rows[-1]["seconds"] > asked["limit_s"]):
+                if not whole and (rmse <= gallery.targets[-1] or rows[-1]["seconds"] > asked["limit_s"]):
                     break
             gallery.forget()
         log(f"{name}: {sum(r['method'] == name for r in rows)} settings")

@@ -35,14 +35,14 @@ rule accuracy:
         CODE, TOOLS, volume=f"{OUT}/volumes/{{dataset}}.nrrd",
         grid=lambda w: [f"{OUT}/volumes/{w.dataset}.vts"] if needs_grid(w.dataset, w.picture) else []
     output: f"{OUT}/accuracy/{{dataset}}/{{picture}}.json"
-    params: asked=lambda w: [SWEEP["datasets"][w.dataset], SWEEP["pictures"][w.picture], SWEEP["size"], SWEEP["targets"]]
+    params: asked=lambda w: [SWEEP["datasets"][w.dataset], SWEEP["pictures"][w.picture], SWEEP["size"], SWEEP["targets"], SWEEP["limit_s"]]
     threads: ALL_CORES
     shell: "{PYTHON} -B pipelines/renderers.py {SETTINGS} {wildcards.dataset} {wildcards.picture} --bin {BIN} -o {output}"
 
 rule times:
     input: "pipelines/renderers_times.py", rows=f"{OUT}/accuracy/{{dataset}}/{{picture}}.json"
     output: f"{OUT}/times/{{dataset}}/{{picture}}.json"
-    params: asked=[SWEEP["rounds"], SWEEP["repeats"], SWEEP["near"]]
+    params: asked=lambda w: [SWEEP["rounds"], SWEEP["repeats"], SWEEP["near"], SWEEP["targets"], SWEEP["pictures"][w.picture].get("targets")]
     threads: ALL_CORES
     shell:
         "{PYTHON} -B pipelines/renderers_times.py {SETTINGS} {wildcards.dataset} {wildcards.picture} {input.rows} --bin {BIN} -o {output}"

@@ -30,7 +30,8 @@ def front(points):
 
 
 def panels(groups, label, cost, path):
-    """Filled: against the common truth; a line joins what nothing of the same method beats. Open: against the method's own."""
+    """Filled: against the common truth, faint what was timed beside other work; a line joins what nothing of the same method beats.
+    Open: against the method's own."""
     pictures, datasets = (list(dict.fromkeys(key[n] for key in groups)) for n in (1, 0))
     figure, grid = plt.subplots(len(pictures), len(datasets), figsize=(3.4 * len(datasets), 3 * len(pictures)), squeeze=False,
                                 constrained_layout=True)
@@ -40,8 +41,11 @@ def panels(groups, label, cost, path):
         for method in dict.fromkeys(row["method"] for row in rows):
             colour, mark = COLOURS.get(method, "k"), MARKS.get(method, ".")
             of = [row for row in rows if row["method"] == method]
-            axes.loglog(*zip(*((cost(r), max(r["rmse"], FLOOR)) for r in of)), mark, color=colour, markersize=3)
-            axes.loglog(*zip(*front((cost(r), max(r["rmse"], FLOOR)) for r in of)), "-", color=colour, linewidth=0.9)
+            sure = [row for row in of if row.get("rounds") or not any(r.get("rounds") for r in rows)]
+            axes.loglog(*zip(*((cost(r), max(r["rmse"], FLOOR)) for r in of)), mark, color=colour, markersize=2, alpha=0.3)
+            if sure:
+                axes.loglog(*zip(*((cost(r), max(r["rmse"], FLOOR)) for r in sure)), mark, color=colour, markersize=4)
+                axes.loglog(*zip(*front((cost(r), max(r["rmse"], FLOOR)) for r in sure)), "-", color=colour, linewidth=0.9)
             own = [(cost(r), max(r["own"], FLOOR)) for r in of if r["own"] is not None]
             if own:
                 axes.loglog(*zip(*own), mark, color=colour, markersize=4, fillstyle="none", markeredgewidth=0.5, alpha=0.6)

@@ -43,10 +43,10 @@ def merged(settings):
     timed = found(settings, "times")
     rows = found(settings, "accuracy")
     for key, several in timed.items():
-        by_setting = {(t["method"], t["setting"]): t["seconds"] for t in several}
+        by_setting = {(t["method"], t["setting"]): t for t in several}
         for row in rows[key]:
             if taken := by_setting.get((row["method"], row["setting"])):
-                row |= {"rounds": taken, "seconds": statistics.median(taken)}
+                row |= {"rounds": taken["seconds"], "seconds": statistics.median(taken["seconds"]), "once": taken["once"]}
     return rows
 
 
@@ -70,7 +70,7 @@ def winners(swept, picture, groups):
     methods = list(swept["pictures"][picture]["methods"])
     lines = [["data set", "RMSE at most", *(f"{m}, ms" for m in methods), "ahead"]]
     for (dataset, kind), rows in groups.items():
-        for target in swept["targets"] if kind == picture else []:
+        for target in swept["pictures"][picture].get("targets", swept["targets"]) if kind == picture else []:
             best = at_target(rows, target)
             order = sorted(best, key=lambda m: best[m]["seconds"])
             both = [best[m]["rounds"] for m in reversed(order[:2])]

@@ -4,6 +4,7 @@ interleaved rounds; once, where a method is so far behind that rounds would say 
 
 import json
 import pathlib
+import statistics
 
 import records
 import renderers
@@ -25,20 +26,23 @@ def contenders(rows, targets, near):
 
 
 def times(gallery, rows, log):
-    """[{method, setting, seconds of each round}]"""
-    asked = gallery.asked
-    chosen = contenders(rows, asked["targets"], asked["near"])
+    """[{method, setting, seconds of each round, once}]"""
+    asked, once = gallery.asked, {}
+    chosen = contenders(rows, gallery.targets, asked["near"])
     picture = gallery.folder / "timed.exr"
 
     def one(row):
-        drawn, _ = gallery.draw(row["family"], row["values"], picture, asked["repeats"])
-        return renderers.seconds(drawn)[0]
+        drawn, prepared = gallery.draw(row["family"], row["values"], picture, asked["repeats"])
+        costs = renderers.costs(drawn, prepared)
+        once.setdefault((row["method"], row["setting"]), []).append(costs["once"])
+        return costs["seconds"]
 
     found = rounds.interleaved({key: lambda row=row: one(row) for key, (row, near) in chosen.items() if near}, asked["rounds"])
     found |= {key: [one(row)] for key, (row, near) in chosen.items() if not near}
     gallery.forget()
     log(f"{len(chosen)} settings, {sum(near for _, near in chosen.values())} of them in {asked['rounds']} rounds")
-    return [{"method": method, "setting": setting, "seconds": taken} for (method, setting), taken in found.items()]
+    return [{"method": method, "setting": setting, "seconds": taken, "once": statistics.median(once[method, setting])}
+            for (method, setting), taken in found.items()]
 
 
 def main():
