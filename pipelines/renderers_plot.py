@@ -29,12 +29,12 @@ def front(points):
     return best
 
 
-def panels(groups, label, cost, path):
+def panels(groups, label, cost, path, one_range=False):
     """Filled: against the common truth, faint what was timed beside other work; a line joins what nothing of the same method beats.
     Open: against the method's own."""
     pictures, datasets = (list(dict.fromkeys(key[n] for key in groups)) for n in (1, 0))
     figure, grid = plt.subplots(len(pictures), len(datasets), figsize=(3.4 * len(datasets), 3 * len(pictures)), squeeze=False,
-                                constrained_layout=True)
+                                constrained_layout=True, sharex=one_range)
     handles = {}
     for (dataset, picture), rows in groups.items():
         axes = grid[pictures.index(picture)][datasets.index(dataset)]
@@ -112,7 +112,7 @@ def main():
     timed = {key: rows for key, rows in groups.items() if any(row.get("rounds") for row in rows)}
     groups = timed or groups  # the short form has small pictures alone
     panels(groups, "time of a picture, ms", lambda r: 1e3 * r["seconds"], arguments.output / "error-time.png")
-    panels(groups, "peak memory, MB", lambda r: r["bytes"] / 1e6, arguments.output / "error-memory.png")
+    panels(groups, "peak memory, MB", lambda r: r["bytes"] / 1e6, arguments.output / "error-memory.png", one_range=True)
     sheet(settings, arguments.bin, groups, arguments.output / "pictures.png")
 
 
