@@ -11,18 +11,12 @@ import subprocess
 import blobs
 import convergence
 import fourier_truth
+import pareto
 import records
 import rounds
 import sweep
 
 NO_DEVICE = 3  # exit status
-
-
-def families(methods):
-    """(method, family): a method is one family of settings or several."""
-    for name, entry in methods.items():
-        for family in entry if isinstance(entry, list) else [entry]:
-            yield name, family
 
 
 def settings_of(family):
@@ -67,9 +61,11 @@ class Gallery:
         self.owns = {}
 
     def run(self, command, output, options=()):
-        """The stats record of a tool's command, or None where there is no device."""
+        """The stats record of a tool's command, or None where there is no device, or no tool for it was built."""
         stats = self.folder / "stats.json"
         words = [*shlex.split(command), "-o", str(output), "--stats", str(stats), "--quiet", *map(str, options)]
+        if words[0].endswith("-gpu") and not pathlib.Path(self.bin, words[0]).exists():
+            return None
         done = subprocess.run([f"{self.bin}/{words[0]}", *words[1:]], capture_output=True, text=True)
         if done.returncode == NO_DEVICE:
             return None
@@ -174,7 +170,7 @@ def accuracy(gallery, log):
     """Every setting once; a ladder ends where finer settings answer no question."""
     asked, truth, rows = gallery.asked, gallery.truth(), []
     whole = gallery.dataset.get("check")  # which settings there are must not depend on the machine
-    for name, family in families(gallery.picture["methods"]):
+    for name, family in pareto.families(gallery.picture):
         if gallery.name not in family.get("only", [gallery.name]):
             continue
         own = gallery.own(family)

@@ -1,11 +1,14 @@
 # Rules of the comparison of all renderers (renderers.yaml).
 
+import pareto
+
 ENDS += [f"{RESULTS}/table.csv", f"{RESULTS}/table.md"]
 if PICTURES:
     ENDS += [f"{RESULTS}/{name}.png" for name in ("error-time", "error-memory", "pictures")]
 TOOLS = [f"{BIN}/{tool}" for tool in ("vol-raycast", "vol-dwt", "vol-index", "wavelet-raycast", "vol-fft", "fvr-slice", "curv-tricubic",
                                       "isosurf-ray", "isosurf-mc", "vol-convert", "img-compare")]
-CODE = [f"pipelines/{name}.py" for name in ("renderers", "blobs", "fourier_truth")]
+TOOLS += [str(tool) for tool in Path(BIN).glob("fvr-slice-gpu")]  # where it can be built
+CODE = [f"pipelines/{name}.py" for name in ("renderers", "blobs", "pareto", "convergence", "fourier_truth")]
 HERE = [d for d in DATASETS if d in SWEEP.get("only", list(DATASETS))]
 BLOBS = {name: entry["edge"] for name, entry in SWEEP["datasets"].items() if "edge" in entry}
 
@@ -26,8 +29,7 @@ rule grid:
     shell: "{PYTHON} -B pipelines/blobs.py --volume {input.volume} --grid {output}"
 
 def needs_grid(dataset, picture):
-    families = [f for entry in SWEEP["pictures"][picture]["methods"].values() for f in (entry if isinstance(entry, list) else [entry])]
-    return any("{grid}" in family["draw"] and dataset in family.get("only", [dataset]) for family in families)
+    return any("{grid}" in family["draw"] and dataset in family.get("only", [dataset]) for _, family in pareto.families(SWEEP["pictures"][picture]))
 
 # Every setting once, for its error.
 rule accuracy:

@@ -158,7 +158,7 @@ class Renderers(unittest.TestCase):
     def test_whole_sweep_has_no_setting_twice(self):
         asked = yaml.safe_load((ROOT / "pipelines/renderers.yaml").read_text())
         for name, picture in asked["pictures"].items():
-            named = [(method, renderers.shown(family, values)) for method, family in renderers.families(picture["methods"])
+            named = [(method, renderers.shown(family, values)) for method, family in pareto.families(picture)
                      for ladder in renderers.settings_of(family) for values in ladder]
             self.assertEqual(len(named), len(set(named)), name)
 
