@@ -33,9 +33,9 @@ def read_nrrd(path):
     return voxels.copy()  # scikit-image refuses memory that is read only
 
 
-def write_nrrd(path, voxels):
+def write_nrrd(path, voxels, spacing=1):
     sizes = " ".join(str(n) for n in reversed(voxels.shape))
-    header = f"NRRD0004\ntype: float\ndimension: 3\nsizes: {sizes}\nspacings: 1 1 1\nencoding: raw\nendian: little\n\n"
+    header = f"NRRD0004\ntype: float\ndimension: 3\nsizes: {sizes}\nspacings: {spacing!r} {spacing!r} {spacing!r}\nencoding: raw\nendian: little\n\n"
     pathlib.Path(path).write_bytes(header.encode() + voxels.astype("<f4").tobytes())
 
 

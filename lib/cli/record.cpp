@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "base/parallel.h"
+#include "base/simd.h"
 #include "base/version.h"
 #include "cli/progress.h"
 #include "cli/runner.h"
@@ -26,18 +27,6 @@ std::string cpu_model() {
     if (line.starts_with("model name")) return line.substr(std::min(line.size(), line.find(':') + 2));
   }
   return "unknown";
-}
-
-/// Widest instruction set of this machine among those the code is compiled for.
-std::string simd() {
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx512bw")) return "AVX-512";
-  if (__builtin_cpu_supports("avx2")) return "AVX2";
-  if (__builtin_cpu_supports("sse4.2")) return "SSE4";
-  return "SSE2";
-#else
-  return "portable";
-#endif
 }
 
 /// Of this program alone. What getrusage() says begins with the memory of the process that started it, which
@@ -213,7 +202,7 @@ json Runner::to_json(const Record& record) {
            {{"cpu", cpu_model()},
             {"cores", std::thread::hardware_concurrency()},
             {"threads", thread_count()},
-            {"simd", simd()},
+            {"simd", simd_name()},
             {"device", d.device}}},
           {"inputs", describe_files(d.inputs, d.checksum)},
           {"outputs", describe_files(d.outputs, d.checksum)},

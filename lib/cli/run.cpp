@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <new>
 #include <optional>
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "base/simd.h"
 #include "base/version.h"
 #include "cli/progress.h"
 #include "cli/runner.h"
@@ -198,6 +200,7 @@ int run(CLI::App& app, const ToolInfo& tool, int argc, char** argv, const std::f
     app.parse(argc, argv);
     refuse_empty_values(app);
     set_thread_count(common.threads);
+    if (const char* most = std::getenv("PRECIS_SIMD")) limit_simd(most);
     Runner::configure(record,
                       {.tool = tool.name,
                        .command = {argv, argv + argc},

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "base/simd.h"
 #include "instruction_sets.h"
 #include "packet_oracle.h"
 #include "volume/grid_sampler.h"
@@ -236,6 +237,20 @@ TEST_P(PacketRule, InstructionSetsAgreeWithinTheBound) {
   });
   EXPECT_EQ(best_set, packet_instruction_set());
   if (sets < 2) GTEST_SKIP() << "packets were compiled for one instruction set";
+}
+
+// What PRECIS_SIMD=portable asks for: one lane, whatever the machine has.
+TEST(Packet, ThePortableCodeCanBeAskedFor) {
+  const std::string best = packet_instruction_set();
+  const struct Restored {
+    ~Restored() { limit_simd("AVX-512"); }
+  } restored;
+  limit_simd("portable");
+  EXPECT_STREQ(simd_name(), "portable");
+  EXPECT_EQ(packet_lanes(), 1);
+  EXPECT_THROW(limit_simd("sse"), Error);
+  limit_simd("AVX-512");
+  EXPECT_EQ(packet_instruction_set(), best);
 }
 
 TEST(Packet, PassesOnWhatItDoesNotCover) {

@@ -1,10 +1,12 @@
 // stability [KERNEL...]: every kernel at its extremes, held against long double or closed forms, with the
 // bound that theory gives. One row a case, as CSV, to standard output; status 1 if a bound is not kept.
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <string>
 
+#include "base/simd.h"
 #include "kernels.h"
 
 namespace {
@@ -29,6 +31,12 @@ int main(int argc, char** argv) {
     std::string names;
     for (const auto& kernel : kKernels) names += " " + kernel.name;
     std::cerr << "stability: no kernel \"" << argv[a] << "\", there are:" << names << '\n';
+    return 2;
+  }
+  try {
+    if (const char* most = std::getenv("PRECIS_SIMD")) vol::limit_simd(most);
+  } catch (const std::exception& error) {
+    std::cerr << "stability: " << error.what() << '\n';
     return 2;
   }
   bool kept = true;

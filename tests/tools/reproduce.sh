@@ -30,7 +30,7 @@ done
 name=$(basename "$configured" .yaml)
 echo "$name$options" >>calls
 [ "$name" != "${BROKEN-}" ] || { echo "no such rule"; exit 1; }
-case $options in *short_form*) to=out/$name-short/results ;; *) to=results/$name ;; esac
+case $options in *short_form*) to=out/$name-short${PRECIS_SIMD:+-$PRECIS_SIMD}/results ;; *) to=results/$name ;; esac
 mkdir -p "$to"
 [ ! -e "results/$name/table.csv" ] || [ "$to" = "results/$name" ] || cp "results/$name/table.csv" "$to"
 [ "$name" != "${MOVED-}" ] || sed -i "2s/,kept$/,NOT KEPT/" "$to/table.csv"'
@@ -45,7 +45,7 @@ reproduce() {
   rm -rf "$folder/calls" "$folder/out"
   "$folder/pipelines/reproduce" "$@" >"$folder/said" 2>&1 || status=$?
   [ "$status" = "$wanted" ] || fail "reproduce $*: status $status, not $wanted"
-  ran=$(grep -vE '^(setup|build|report) ' "$folder/calls" || true)
+  ran=$(grep -vE '^(setup|build|report) ' "$folder/calls" 2>/dev/null || true)
 }
 expect() { [ "$ran" = "$1" ] || fail "ran: $ran; expected: $1"; }
 
@@ -67,6 +67,15 @@ if grep -q '^report ' "$folder/calls"; then fail "the check makes a page"; fi
 MOVED=stability reproduce 1 --check stability convergence
 expect $'stability short_form=true figures_only=true\nconvergence short_form=true figures_only=true'
 grep -q 'kept -> NOT KEPT' "$folder/said" || fail "the row that moved is not named"
+
+# With the portable code: in folders of their own, and only if the tools say that it is what they run.
+mkdir -p "$folder/build/release/bin"
+stand_in build/release/bin/vol-phantom 'echo "    \"simd\": \"${RUNS_ON-$PRECIS_SIMD}\"," >&2'
+PRECIS_SIMD=portable MOVED=stability reproduce 1 --check stability convergence
+grep -q 'kernels run on portable' "$folder/said" || fail "not said what the kernels run on"
+[ -e "$folder/out/stability-short-portable/results/table.csv" ] && [ ! -e "$folder/out/stability-short" ] || fail "not in a folder of its own"
+PRECIS_SIMD=portable RUNS_ON=AVX2 reproduce 2 --check stability
+PRECIS_SIMD=portable reproduce 2 --full stability
 
 BROKEN=he reproduce 2 he stability
 expect 'he short_form=true'

@@ -15,11 +15,17 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "pipelines"))
 sys.path.insert(0, str(ROOT))
 import check  # noqa: E402
+import blobs  # noqa: E402
+import fourier_truth  # noqa: E402
 import isosurface  # noqa: E402
+import numpy  # noqa: E402
 import orders  # noqa: E402
 import pareto  # noqa: E402
 import pareto_table  # noqa: E402
 import records  # noqa: E402
+import renderers  # noqa: E402
+import renderers_table  # noqa: E402
+import renderers_times  # noqa: E402
 import report  # noqa: E402
 import report_markdown  # noqa: E402
 import rounds  # noqa: E402
@@ -138,6 +144,51 @@ class Pareto(unittest.TestCase):
         self.assertEqual(found, [({"a": "1", "b": "3"}, "c", ["5", "6"]), ({"a": "2", "b": "3"}, "c", ["5", "6"])])
 
 
+class Renderers(unittest.TestCase):
+    FAMILY = {"draw": "tool {volume} --scene {scene} --filter {filter} --in {made}", "with": {"filter": ["a", "b"]}, "ladder": {"padding": [1, 2]}}
+
+    def row(self, method, setting, rmse, seconds, **more):
+        return {"method": method, "setting": setting, "rmse": rmse, "seconds": seconds, **more}
+
+    def test_ladders_and_their_names(self):
+        ladders = list(renderers.settings_of(self.FAMILY))
+        self.assertEqual(ladders, [[{"filter": f, "padding": p} for p in "12"] for f in "ab"])
+        self.assertEqual(renderers.shown(self.FAMILY, ladders[1][0]), "--filter b (padding 1)")
+
+    def test_whole_sweep_has_no_setting_twice(self):
+        asked = yaml.safe_load((ROOT / "pipelines/renderers.yaml").read_text())
+        for name, picture in asked["pictures"].items():
+            named = [(method, renderers.shown(family, values)) for method, family in pareto.families(picture)
+                     for ladder in renderers.settings_of(family) for values in ladder]
+            self.assertEqual(len(named), len(set(named)), name)
+
+    def test_methods_far_behind_are_timed_once(self):
+        rows = [self.row("a", "coarse", 1, 1), self.row("a", "fine", .1, 3), self.row("b", "any", .1, 50), self.row("c", "none", 5, 1)]
+        chosen = renderers_times.contenders(rows, [1, .5], 20)
+        self.assertEqual({key: near for key, (_, near) in chosen.items()}, {("a", "coarse"): True, ("a", "fine"): True, ("b", "any"): True})
+        chosen = renderers_times.contenders(rows, [1], 20)
+        self.assertEqual({key: near for key, (_, near) in chosen.items()}, {("a", "coarse"): True, ("b", "any"): False})
+
+    def test_who_wins(self):
+        rows = [self.row("a", "x", .4, 2, rounds=[2, 2, 2]), self.row("b", "y", .1, 1, rounds=[1, 1, 1]), self.row("b", "untimed", .1, .5)]
+        swept = {"pictures": {"xray": {"methods": ["a", "b", "c"]}}, "targets": [.5, .2, .01]}
+        lines = renderers_table.winners(swept, "xray", {("d", "xray"): rows}).splitlines()[2:]
+        self.assertEqual(lines, ["| d | 0.5 | 2e+03 | **1e+03** | - | 2.00 |", "| d | 0.2 | - | **1e+03** | - |  |", "| d | 0.01 | - | - | - |  |"])
+
+    def test_xrays_of_the_phantom_are_sums_of_its_samples(self):
+        # By Poisson's formula: what a sum over all z misses of the integral is exp(-2 pi^2 sigma^2), sigma 1 and more.
+        edge = 24
+        found = blobs.scaled(edge)
+        voxels = blobs.sampled(edge, found)
+        self.assertAlmostEqual(voxels.max(), 255)
+        right, down = fourier_truth.axes("0,0")
+        picture = blobs.xray(edge, right, down, edge, edge)
+        self.assertLess(abs(picture - voxels.sum(axis=0)[::-1]).max(), 1e-6 * picture.max())
+        self.assertLess(max(abs(voxels[side]).max() for side in (0, -1)), 1e-6 * 255)  # it ends inside the box
+        dense = blobs.sampled(edge, found, 3)
+        self.assertLess(abs(dense[::3, ::3, ::3] - voxels).max(), 1e-9)
+
+
 class Check(unittest.TestCase):
     def verdict(self, committed, regenerated, tolerances="check: {samples: {relative: 0.001}, mse_truth: {relative: 0.01, absolute: 1.0e-6}}"):
         with tempfile.TemporaryDirectory() as folder:
@@ -174,6 +225,23 @@ class Check(unittest.TestCase):
         got, said = self.verdict(two, {self.ROW: two[self.ROW]}, tolerances)
         self.assertEqual(got, 1)
         self.assertIn("b s m w 3 q 1v: not in the regenerated table", said)
+
+    def test_cells_of_several_figures_and_what_is_no_number(self):
+        tolerances = "check: {samples: {relative: 0.1}, mse_truth: {relative: 0.01}}"
+        committed = {self.ROW: {"samples": "1 20 300", "mse_truth": "inf"}}
+        for samples, mse, status in [("1 21 300", "inf", 0), ("1 20 400", "inf", 1), ("1 20", "inf", 1), ("1 nan 300", "inf", 1),
+                                     ("1 20 300", "nan", 1), ("1 20 300", "0.5", 1), ("1 20 300", "", 1)]:
+            self.assertEqual(self.verdict(committed, {self.ROW: {"samples": samples, "mse_truth": mse}}, tolerances)[0], status, (samples, mse))
+
+    def test_what_one_method_is_allowed(self):
+        tolerances = "check: {samples: {relative: 0.01}, mse_truth: {relative: 0.01}}\ncheck_of: {m: {samples: {relative: 0.1}}}"
+        other = "a s n w 3 q 1v"
+        committed = {key: {"samples": 100, "mse_truth": 1} for key in (self.ROW, other)}
+        self.assertEqual(self.verdict(committed, {**committed, self.ROW: {"samples": 105, "mse_truth": 1}}, tolerances)[0], 0)
+        self.assertEqual(self.verdict(committed, {**committed, self.ROW: {"samples": 105, "mse_truth": 1.05}}, tolerances)[0], 1)
+        got, said = self.verdict(committed, {**committed, other: {"samples": 105, "mse_truth": 1}}, tolerances)
+        self.assertEqual(got, 1)
+        self.assertIn("a s n w 3 q 1v: samples 100 -> 105", said)
 
     def test_a_row_that_nobody_committed(self):
         got, said = self.verdict({}, {self.ROW: {"samples": 1, "mse_truth": 0}})
