@@ -18,6 +18,7 @@
 #include "io/vdb.h"
 #include "io/volume.h"
 #include "io/write_image.h"
+#include "render/wavelet_footprints.h"
 #include "render/wavelet_xray.h"
 #include "wavelet/significance.h"
 
@@ -33,6 +34,8 @@ struct Options {
   std::string levels, region;
   std::optional<std::int64_t> budget;
   wavelet::ExpansionOptions expansion;
+  std::string algorithm = "rays";
+  double footprint_error = 1e-4;
 };
 
 void declare(CLI::App& app, Options& o) {
@@ -75,6 +78,21 @@ void declare(CLI::App& app, Options& o) {
          "(haar and battle-lemarie are exact). daubechies-4 and coiflet-6 are rough: up to 0.08 off at depth "
          "6, 0.02 at 10")
       ->check(CLI::Range(1, wavelet::kMaxDepth))
+      ->capture_default_str()
+      ->group(accuracy);
+  app.add_option(
+         "--algorithm", o.algorithm,
+         "rays: each ray visits the coefficients that it meets, exactly. footprint: each coefficient adds "
+         "its line integrals, tabulated once for the view, to the pixels it reaches (orthographic)")
+      ->check(CLI::IsMember({"rays", "footprint"}))
+      ->capture_default_str()
+      ->group(accuracy);
+  app.add_option(
+         "--footprint-error", o.footprint_error,
+         "Error of a pixel that footprints may make, a share of the range (largest minus smallest) of the "
+         "picture's values; tables are refined, or left for exact integrals, until it is kept by their "
+         "estimate")
+      ->check(cli::check_positive)
       ->capture_default_str()
       ->group(accuracy);
 }
@@ -133,6 +151,25 @@ void limit_detail(wavelet::Decomposition<T>& d, const Options& o, cli::Record& r
   if (!o.levels.empty() || rejection.any()) record.result("norm_not_drawn", not_drawn);
 }
 
+render::RenderResult by_footprints(const wavelet::Expansion& expansion, const render::Scene& scene,
+                                   const render::RenderOptions& options, const Options& o,
+                                   cli::Record& record) {
+  std::optional<render::WaveletFootprints> footprints;
+  record.timed("tables", [&] { footprints.emplace(expansion, scene, options, o.footprint_error); });
+  auto result = record.repeated("render", [&] { return footprints->draw(); });
+  const auto& report = footprints->report();
+  record.count("terms_by_boxes", report.terms_boxes);
+  record.count("terms_by_products", report.terms_products);
+  record.count("terms_by_tables", report.terms_tables);
+  record.count("terms_exact", report.terms_exact);
+  record.count("footprints", report.tables);
+  record.count("table_bytes", report.table_bytes);
+  record.error("footprint_error_allowed", report.allowed);
+  record.error("footprint_error_estimate", report.estimate);
+  record.error("footprint_error_found", report.found);
+  return result;
+}
+
 int work(Options& o, cli::Record& record) {
   io::require_image_format(o.output, o.format);
   io::SceneFile file = o.scene.empty() ? io::SceneFile{} : io::read_scene(o.scene);
@@ -165,11 +202,14 @@ int work(Options& o, cli::Record& record) {
   record.error("psi_deviation", expansion.psi_deviation());
 
   render::WaveletCounts counts;
-  auto result = record.repeated(
-      "render", [&] { return render::WaveletXray(expansion).draw(file.scene, options, &counts); });
+  auto result = o.algorithm == "footprint"
+                    ? by_footprints(expansion, file.scene, options, o, record)
+                    : record.repeated("render", [&] {
+                        return render::WaveletXray(expansion).draw(file.scene, options, &counts);
+                      });
   record.count("rays", result.counts.rays);
   record.count("coefficients_met", result.counts.samples);
-  record.count("pieces", counts.pieces);
+  if (o.algorithm == "rays") record.count("pieces", counts.pieces);
 
   for (const auto& [key, value] : record.provenance()) result.image.attributes[key] = value;
   const Vec3& b = file.scene.background;
