@@ -21,6 +21,7 @@
 #include "io/vdb.h"
 #include "io/volume.h"
 #include "io/write_image.h"
+#include "render/wavelet_footprints.h"
 #include "render/wavelet_xray.h"
 #include "wavelet/significance.h"
 
@@ -38,6 +39,8 @@ struct Options {
   std::string levels, region;
   std::optional<std::int64_t> budget;
   wavelet::ExpansionOptions expansion;
+  std::string algorithm = "rays";
+  double footprint_error = 1e-4;
 };
 
 void declare(CLI::App& app, Options& o) {
@@ -95,6 +98,21 @@ void declare(CLI::App& app, Options& o) {
          "their "
          "levels on")
       ->check(CLI::Range(1, wavelet::kMaxDepth))
+      ->capture_default_str()
+      ->group(accuracy);
+  app.add_option(
+         "--algorithm", o.algorithm,
+         "rays: each ray visits the coefficients that it meets, exactly. footprint: each coefficient adds "
+         "its line integrals, tabulated once for the view, to the pixels it reaches (orthographic)")
+      ->check(CLI::IsMember({"rays", "footprint"}))
+      ->capture_default_str()
+      ->group(accuracy);
+  app.add_option(
+         "--footprint-error", o.footprint_error,
+         "Error of a pixel that footprints may make, a share of the range (largest minus smallest) of the "
+         "picture's values; tables are refined, or left for exact integrals, until it is kept by their "
+         "estimate")
+      ->check(cli::check_positive)
       ->capture_default_str()
       ->group(accuracy);
 }
@@ -163,6 +181,9 @@ render::RenderResult drawn(const wavelet::Expansion& expansion, const render::Sc
     cli::report(result, counts, o.composite, record);
     return result;
   }
+  if (o.algorithm == "footprint") {
+    return render::WaveletFootprints(expansion, scene, options, o.footprint_error).draw();
+  }
   render::WaveletCounts counts;
   auto result = render::WaveletXray(expansion).draw(scene, options, &counts);
   record.count("pieces", counts.pieces);
@@ -201,10 +222,34 @@ void draw_on_the_way(const wavelet::Expansion& expansion, const render::Scene& s
   record.count("pictures_on_the_way", written);
 }
 
+render::RenderResult by_footprints(const wavelet::Expansion& expansion, const render::Scene& scene,
+                                   const render::RenderOptions& options, const Options& o,
+                                   cli::Record& record) {
+  std::optional<render::WaveletFootprints> footprints;
+  record.timed("tables", [&] { footprints.emplace(expansion, scene, options, o.footprint_error); });
+  auto result = record.repeated("render", [&] { return footprints->draw(); });
+  const auto& report = footprints->report();
+  record.count("terms_by_boxes", report.terms_boxes);
+  record.count("terms_by_products", report.terms_products);
+  record.count("terms_by_tables", report.terms_tables);
+  record.count("terms_exact", report.terms_exact);
+  record.count("footprints", report.tables);
+  record.count("table_bytes", report.table_bytes);
+  record.error("footprint_error_allowed", report.allowed);
+  record.error("footprint_error_estimate", report.estimate);
+  record.error("footprint_error_found", report.found);
+  return result;
+}
+
 int work(Options& o, cli::Record& record) {
   io::require_image_format(o.output, o.format);
   if (o.every && io::is_standard_stream(o.output)) {
     throw Error("--every: pictures that replace each other go to a file, not to standard output");
+  }
+  if (o.algorithm == "footprint" && o.model != "xray") {
+    throw Error(
+        "--algorithm footprint: line integrals are of --model xray; composite pictures take --algorithm "
+        "rays");
   }
   io::SceneFile file = o.scene.empty() ? io::SceneFile{} : io::read_scene(o.scene);
   cli::apply(o.camera, file.scene.view);
@@ -245,7 +290,8 @@ int work(Options& o, cli::Record& record) {
     return drawn(e, file.scene, options, composite, o, record);
   };
   if (o.every) draw_on_the_way(expansion, file.scene, o, draw, record);
-  auto result = record.repeated("render", [&] { return draw(expansion); });
+  auto result = o.algorithm == "footprint" ? by_footprints(expansion, file.scene, options, o, record)
+                                           : record.repeated("render", [&] { return draw(expansion); });
   record.count("rays", result.counts.rays);
   record.count("coefficients_met", result.counts.samples);
   write(result.image, file.scene, o, record);

@@ -1,6 +1,8 @@
 #include "render/wavelet_xray.h"
 
 #include <atomic>
+#include <limits>
+#include <vector>
 
 #include "render/line_meets.h"
 #include "render/picture.h"
@@ -9,6 +11,14 @@ namespace vol::render {
 
 double WaveletXray::integral(const camera::Ray& ray, const Chord& chord, std::int64_t& terms,
                              std::int64_t& pieces) const {
+  std::vector<const wavelet::Band*> all;
+  for (const auto& band : expansion_.bands()) all.push_back(&band);
+  return integral(ray, chord, all, terms, pieces);
+}
+
+double WaveletXray::integral(const camera::Ray& ray, const Chord& chord,
+                             std::span<const wavelet::Band* const> bands, std::int64_t& terms,
+                             std::int64_t& pieces) const {
   const auto& geometry = expansion_.geometry();
   const Vec3 direction = geometry.world_to_index_matrix() * ray.direction;
   // From the chord's middle on, so that far eyes cost no digits.
@@ -16,10 +26,10 @@ double WaveletXray::integral(const camera::Ray& ray, const Chord& chord, std::in
   const Vec3 origin = geometry.world_to_index(ray.origin + middle * ray.direction);
   const LineMeets meets(origin, direction, -half, half);
   double sum = 0;
-  for (const auto& band : expansion_.bands()) {
-    band.visit(meets, [&](const wavelet::Term& term) {
+  for (const wavelet::Band* band : bands) {
+    band->visit(meets, [&](const wavelet::Term& term) {
       ++terms;
-      sum += wavelet::line_integral(expansion_, band, term, origin, direction, -half, half, &pieces);
+      sum += wavelet::line_integral(expansion_, *band, term, origin, direction, -half, half, &pieces);
     });
   }
   return sum;

@@ -1,4 +1,6 @@
 #pragma once
+#include <span>
+
 #include "render/ray_box.h"
 #include "render/raycast.h"
 #include "wavelet/expansion.h"
@@ -26,6 +28,10 @@ class WaveletXray {
 
   /// One ray: adds the number of terms met and of their pieces.
   [[nodiscard]] double integral(const camera::Ray& ray, const Chord& chord, std::int64_t& terms,
+                                std::int64_t& pieces) const;
+  /// Of some bands only.
+  [[nodiscard]] double integral(const camera::Ray& ray, const Chord& chord,
+                                std::span<const wavelet::Band* const> bands, std::int64_t& terms,
                                 std::int64_t& pieces) const;
 
  private:

@@ -76,8 +76,24 @@ refused_for periodic "$bin/vol-dwt" field.nrrd -o a.vdb --boundary symmetric --i
 refused_for samples "$bin/vol-index" through.vdb -o a.nrrd --epsilon 1
 refused_for samples "$bin/vol-segment" through.vdb -o a.nrrd
 
+# Footprints: haar's in closed form, others' within the share of the range (the field is positive: the largest pixel) asked for.
+"$bin/wavelet-raycast" all.vdb -o rays.exr --size 32x24 --view 30,20 || fail "status $?"
+"$bin/wavelet-raycast" all.vdb -o footprint.exr --size 32x24 --view 30,20 --algorithm footprint --stats footprint.json || fail "status $? for footprints of haar"
+"$bin/img-compare" footprint.exr rays.exr --channel R --fail-above max=1e-6 >/dev/null || fail "haar's footprints are not exact"
+[ "$(figure terms_by_boxes footprint.json)" -gt 0 ] || fail "haar's footprints are boxes"
+"$bin/vol-dwt" field.nrrd -o rough.vdb --wavelet daubechies-4 --levels 1 --keep 400 --quiet || exit 2
+"$bin/wavelet-raycast" rough.vdb -o rays.exr --size 32x24 --view 30,20 || fail "status $?"
+for error in 1e-2 1e-4; do
+  "$bin/wavelet-raycast" rough.vdb -o - --size 32x24 --view 30,20 --algorithm footprint --footprint-error $error --stats footprint.json >footprint.exr || fail "status $? for footprints"
+  "$bin/img-compare" footprint.exr rays.exr --channel R --fail-above max="$(figure footprint_error_allowed footprint.json)" >/dev/null || fail "--footprint-error $error is not kept"
+  grep -q '"tables": *\[' footprint.json || fail "the time of the tables is not told apart"
+done
+"$bin/wavelet-raycast" rough.vdb -o a.exr --algorithm footprint --fov 30 2>err
+[ $? -eq 2 ] || fail "footprints of a perspective view must end with 2"
+[ "$(wc -l <err)" -eq 1 ] && grep -q -e "--algorithm rays" err || fail "one line that says what to do: $(cat err)"
+
 "$bin/vol-dwt" field.nrrd -o symmetric.vdb --boundary symmetric --levels 1 --quiet || exit 2
-for wrong in "field.nrrd -o a.exr" "symmetric.vdb -o a.exr" "haar.vdb -o a.exr --depth 15" "haar.vdb -o a.exr --depth 0" "haar.vdb -o a.exr --model mip" "haar.vdb -o a.exr --levels 3:1" "haar.vdb -o a.exr --levels 4:5" "haar.vdb -o a.exr --levels 1:4" "haar.vdb -o a.exr --levels 0:2" "haar.vdb -o a.exr --levels 1" "haar.vdb -o a.exr --budget -1" "haar.vdb -o a.exr --region 1,1,1:0,2,2" "haar.vdb -o a.ply" "none.vdb -o a.exr"; do
+for wrong in "field.nrrd -o a.exr" "symmetric.vdb -o a.exr" "haar.vdb -o a.exr --depth 15" "haar.vdb -o a.exr --depth 0" "haar.vdb -o a.exr --model mip" "haar.vdb -o a.exr --algorithm splat" "haar.vdb -o a.exr --footprint-error 0" "haar.vdb -o a.exr --levels 3:1" "haar.vdb -o a.exr --levels 4:5" "haar.vdb -o a.exr --levels 1:4" "haar.vdb -o a.exr --levels 0:2" "haar.vdb -o a.exr --levels 1" "haar.vdb -o a.exr --budget -1" "haar.vdb -o a.exr --region 1,1,1:0,2,2" "haar.vdb -o a.ply" "none.vdb -o a.exr"; do
   # shellcheck disable=SC2086
   "$bin/wavelet-raycast" $wrong 2>err
   [ $? -eq 2 ] || fail "$wrong must end with 2"
