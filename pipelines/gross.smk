@@ -2,6 +2,8 @@
 
 ENDS += [f"{RESULTS}/cost.{kind}" for kind in ("csv", "md", "png", "svg")]
 GROSS_DATASETS = [d for d in DATASETS if d in SWEEP.get("only", list(SWEEP["datasets"]))]
+if not GROSS_DATASETS:
+    raise WorkflowError("gross: no data set at hand; PRECIS_DATA is the folder of configs/data.yaml's files")
 
 rule cost:
     input:
