@@ -6,7 +6,7 @@ PICTURES_OF = {name: gross_figures.pictures(SWEEP, name) for name in FIGURES}
 TRUTH_OF = {picture.name: picture.truth.name for pictures in PICTURES_OF.values() for picture in pictures}
 ALL_PICTURES = sorted(TRUTH_OF)
 SHEETS = [f"{RESULTS}/{gross_figures.file_name(name)}.png" for name in FIGURES]
-ENDS += [f"{RESULTS}/table.csv", f"{RESULTS}/table.md", *(SHEETS if PICTURES else [])]
+ENDS += [f"{RESULTS}/table.csv", f"{RESULTS}/table.md", f"{RESULTS}/dropped.md", *(SHEETS if PICTURES else [])]
 GROSS_CODE = ["pipelines/gross_figures.py", SETTINGS]
 
 ruleorder: voxelised > dataset
@@ -45,3 +45,9 @@ rule gross_sheets:
     input: GROSS_CODE, [f"{OUT}/pictures/{name}.json" for name in ALL_PICTURES]
     output: SHEETS
     shell: "{PYTHON} -B pipelines/gross_figures.py {SETTINGS} sheets all --bin {BIN} -o {RESULTS}/sheets"
+
+rule gross_dropped:
+    input: "pipelines/gross_dropped.py", SETTINGS, [f"{BIN}/{tool}" for tool in ("vol-phantom", "vol-dwt", "wavelet-raycast", "img-compare")]
+    output: f"{RESULTS}/dropped.md"
+    threads: ALL_CORES
+    shell: "{PYTHON} -B pipelines/gross_dropped.py {SETTINGS} --bin {BIN} -o {output}"
