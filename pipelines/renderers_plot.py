@@ -15,7 +15,7 @@ import renderers_table  # noqa: E402
 
 COLOURS = {"rays": "0.35", "rays, index": "tab:blue", "rays, fewer": "tab:cyan", "rays, cubic": "tab:pink", "rays, split": "tab:red", "rays, max-error": "tab:purple",
            "wavelet rays": "tab:green", "wavelet footprints": "tab:olive", "Fourier": "tab:orange", "Fourier, device": "tab:brown",
-           "Bezier solids": "tab:olive", "mesh": "tab:blue"}
+           "Bezier solids": "tab:pink", "mesh": "tab:blue"}
 MARKS = dict(zip(COLOURS, "oDspPvX^<>dh"))
 FLOOR = 1e-4  # what is drawn of an error below
 
