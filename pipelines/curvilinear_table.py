@@ -34,7 +34,7 @@ def timed(grid):
 
 
 def tricubic_over_trilinear(grids, asked):
-    text = ("\n## Tricubic over trilinear\n\nTimes are medians of interleaved runs, all threads, of the picture alone. The paper's are seconds on"
+    text = ("\n## Tricubic over trilinear\n\nTimes are medians of 3 interleaved runs (rays: of one run), all threads, of the picture alone. The paper's are seconds on"
             " a Sun 4/690MP; its trilinear ones compute\nthe tricubic control points too, ours do not.\n")
     rows = []
     for grid in filter(timed, grids):

@@ -29,6 +29,8 @@ namespace {
 
 using namespace vol;
 
+constexpr double kFootprintError = 1e-4;
+
 struct Options {
   std::filesystem::path input, output, scene;
   std::string format, model = "xray";
@@ -40,7 +42,7 @@ struct Options {
   std::optional<std::int64_t> budget;
   wavelet::ExpansionOptions expansion;
   std::string algorithm = "rays";
-  double footprint_error = 1e-4;
+  std::optional<double> footprint_error;
 };
 
 void declare(CLI::App& app, Options& o) {
@@ -111,9 +113,8 @@ void declare(CLI::App& app, Options& o) {
          "--footprint-error", o.footprint_error,
          "Error of a pixel that footprints may make, a share of the range (largest minus smallest) of the "
          "picture's values; tables are refined, or left for exact integrals, until it is kept by their "
-         "estimate")
+         "estimate [1e-4]")
       ->check(cli::check_positive)
-      ->capture_default_str()
       ->group(accuracy);
 }
 
@@ -182,7 +183,8 @@ render::RenderResult drawn(const wavelet::Expansion& expansion, const render::Sc
     return result;
   }
   if (o.algorithm == "footprint") {
-    return render::WaveletFootprints(expansion, scene, options, o.footprint_error).draw();
+    return render::WaveletFootprints(expansion, scene, options, o.footprint_error.value_or(kFootprintError))
+        .draw();
   }
   render::WaveletCounts counts;
   auto result = render::WaveletXray(expansion).draw(scene, options, &counts);
@@ -226,7 +228,9 @@ render::RenderResult by_footprints(const wavelet::Expansion& expansion, const re
                                    const render::RenderOptions& options, const Options& o,
                                    cli::Record& record) {
   std::optional<render::WaveletFootprints> footprints;
-  record.timed("tables", [&] { footprints.emplace(expansion, scene, options, o.footprint_error); });
+  record.timed("tables", [&] {
+    footprints.emplace(expansion, scene, options, o.footprint_error.value_or(kFootprintError));
+  });
   auto result = record.repeated("render", [&] { return footprints->draw(); });
   const auto& report = footprints->report();
   record.count("terms_by_boxes", report.terms_boxes);
@@ -245,6 +249,9 @@ int work(Options& o, cli::Record& record) {
   io::require_image_format(o.output, o.format);
   if (o.every && io::is_standard_stream(o.output)) {
     throw Error("--every: pictures that replace each other go to a file, not to standard output");
+  }
+  if (o.footprint_error && o.algorithm != "footprint") {
+    throw Error("--footprint-error is for --algorithm footprint: rays are exact");
   }
   if (o.algorithm == "footprint" && o.model != "xray") {
     throw Error(

@@ -202,6 +202,11 @@ class Scan {
     return std::ceil(m.left - 0.5) >= std::ceil(m.right - 0.5) ||
            std::ceil(m.top - 0.5) >= std::ceil(m.bottom - 0.5);
   }
+  /// Number of the first pixel from `low` to `high` whose centre is not before p, however far away that is.
+  static int first_centre(double p, int low, int high) {
+    return static_cast<int>(
+        std::ceil(std::clamp(p - 0.5, static_cast<double>(low), static_cast<double>(high))));
+  }
   static bool is_above(const SheetVertex& a, const SheetVertex& b) {
     return a.y < b.y || (a.y == b.y && a.x < b.x);
   }
@@ -231,8 +236,8 @@ class Scan {
     if (is_above(*r, *q)) std::swap(q, r);
     if (is_above(*q, *p)) std::swap(p, q);
     // Rows whose centres lie in [top, bottom).
-    const int first = static_cast<int>(std::ceil(std::max(p->y - 0.5, static_cast<double>(band_.top)))),
-              end = static_cast<int>(std::ceil(std::min(r->y - 0.5, static_cast<double>(band_.bottom))));
+    const int first = first_centre(p->y, band_.top, band_.bottom),
+              end = first_centre(r->y, band_.top, band_.bottom);
     if (first >= end) return;
     const double left_most = std::min({p->x, q->x, r->x}), right_most = std::max({p->x, q->x, r->x});
     if (std::ceil(left_most - 0.5) >= std::ceil(right_most - 0.5)) return;
@@ -248,8 +253,7 @@ class Scan {
       // Half open: a corner on the row's centre belongs to the edge below it.
       const double x0 = whole.at(row), x1 = row < q->y ? upper.at(row) : lower.at(row);
       const double left = std::min(x0, x1), right = std::max(x0, x1);
-      const int from = static_cast<int>(std::ceil(std::max(left - 0.5, 0.0))),
-                to = static_cast<int>(std::ceil(std::min(right - 0.5, static_cast<double>(band_.width))));
+      const int from = first_centre(left, 0, band_.width), to = first_centre(right, 0, band_.width);
       if (from >= to) continue;
       const double x = from + 0.5 - p->x, down = row - p->y;
       fragments_.meet<kCrossing>(band_.at(from, y), to - from, value.ramp(x, down), depth.ramp(x, down));
