@@ -3,7 +3,8 @@
 
 Rows are matched by what was run; the committed table may hold more, but where the sweep file says `every_row`. Status 1 and
 a line for each row that moved further than the sweep file's `check` allows, or that only one of the tables has. A cell may hold several
-figures, each of which is held; `check_of: {METHOD: {COLUMN: ...}}` allows a method's rows something else."""
+figures, each of which is held. `check_of: {METHOD: {COLUMN: ...}}` allows a method's rows something else where the kernels ran on other
+lanes than those that the committed tables were made with."""
 
 import argparse
 import math
@@ -36,10 +37,11 @@ def main():
     parser.add_argument("sweep", help="pipelines/NAME.yaml")
     parser.add_argument("regenerated")
     parser.add_argument("committed")
+    parser.add_argument("--other-lanes", action="store_true", help="the kernels' lanes are not those of the committed tables")
     arguments = parser.parse_args()
     with open(arguments.sweep) as file:
         swept = yaml.safe_load(file)
-    tolerances, special, keys = swept["check"], swept.get("check_of", {}), swept.get("key", records.KEY)
+    tolerances, special, keys = swept["check"], swept.get("check_of", {}) if arguments.other_lanes else {}, swept.get("key", records.KEY)
     committed = {tuple(row[key] for key in keys): row for row in records.read_csv(arguments.committed)}
     regenerated = records.read_csv(arguments.regenerated)
     if not regenerated:

@@ -121,12 +121,13 @@ def throttle_plot(path, grids, asked):
     figure, axes = plt.subplots(1, plots, figsize=(5 * plots, 4), squeeze=False)
     settings = {name: s.get("throttle", 1) for name, s in asked["settings"].items() if s.get("options") == "--thickness physical"}
     ordered = sorted(settings, key=settings.get)
-    for grid in grids:
+    for number, grid in enumerate(grids):
+        colour = f"C{number}"
         errors = {d["setting"]: d["rmse"] for d in grid["drawn"] if d["size"] == asked["sizes"][0]}
-        axes[0][0].loglog([settings[n] for n in ordered], [errors[n] for n in ordered], "o-", label=grid["grid"])
+        axes[0][0].loglog([settings[n] for n in ordered], [errors[n] for n in ordered], "o-", color=colour, label=grid["grid"])
         if timed(grid):
             axes[0][1].loglog([1e3 * statistics.median(grid["seconds"][n]) for n in ordered], [errors[n] for n in ordered], "o-",
-                              label=grid["grid"])
+                              color=colour, label=grid["grid"])
     axes[0][0].set_xlabel("throttle, pixels")
     axes[0][0].set_ylabel("RMSE against rays")
     axes[0][0].legend(fontsize=7)

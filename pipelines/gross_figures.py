@@ -206,6 +206,10 @@ def write_table(settings, path):
     path.with_suffix(".md").write_text(text)
 
 
+def levels(picture):
+    return "not transformed" if picture.levels == 0 else f"{picture.levels} level{'s'[:picture.levels > 1]}"
+
+
 def write_sheets(settings, folder):
     import matplotlib
 
@@ -225,10 +229,10 @@ def write_sheets(settings, folder):
         for j, line in enumerate(lines.values()):
             for i, (picture, row) in enumerate(line):
                 grid[j, i].imshow(plt.imread(pathlib.Path(settings["out"]) / "pictures" / f"{picture.name}.png"))
-                grid[j, i].set_title(f"{picture.wavelet}, {picture.method}\n{row['coefficients']} coefficients, {picture.levels} level{'s'[:picture.levels > 1]}\n"
+                grid[j, i].set_title(f"{picture.wavelet}, {picture.method}\n{row['coefficients']} coefficients, {levels(picture)}\n"
                                      f"isovalue {picture.isovalue}, RMSE {row['picture_rmse']:.2g}", fontsize=5.5, pad=2)
         drawn.tight_layout(pad=0.4)
-        drawn.savefig(folder / f"{file_name(figure)}.png", dpi=130, metadata={"Software": None})
+        drawn.savefig(folder / f"{file_name(figure)}.png", dpi=130, bbox_inches="tight", metadata={"Software": None})
         plt.close(drawn)
 
 

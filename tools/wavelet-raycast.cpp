@@ -172,24 +172,23 @@ void limit_detail(wavelet::Decomposition<T>& d, const Options& o, cli::Record& r
   if (!o.levels.empty() || rejection.any()) record.result("norm_not_drawn", not_drawn);
 }
 
-/// One picture, and what it cost.
+/// What a picture cost, by its model.
+struct Costs {
+  render::CompositeCounts composite;
+  render::WaveletCounts xray;
+};
+
 render::RenderResult drawn(const wavelet::Expansion& expansion, const render::Scene& scene,
                            const render::RenderOptions& options, const render::CompositeOptions& composite,
-                           const Options& o, cli::Record& record) {
+                           const Options& o, Costs& costs) {
   if (scene.model == render::Model::composite) {
-    render::CompositeCounts counts;
-    auto result = render::WaveletComposite(expansion, scene, options, composite).draw(&counts);
-    cli::report(result, counts, o.composite, record);
-    return result;
+    return render::WaveletComposite(expansion, scene, options, composite).draw(&costs.composite);
   }
   if (o.algorithm == "footprint") {
     return render::WaveletFootprints(expansion, scene, options, o.footprint_error.value_or(kFootprintError))
         .draw();
   }
-  render::WaveletCounts counts;
-  auto result = render::WaveletXray(expansion).draw(scene, options, &counts);
-  record.count("pieces", counts.pieces);
-  return result;
+  return render::WaveletXray(expansion).draw(scene, options, &costs.xray);
 }
 
 void write(image::Image& picture, const render::Scene& scene, const Options& o, cli::Record& record) {
@@ -263,7 +262,7 @@ int work(Options& o, cli::Record& record) {
   file.scene.model = o.model == "xray" ? render::Model::xray : render::Model::composite;
   const render::CompositeOptions composite = cli::resolve(o.composite, file, record);
   render::RenderOptions options;
-  options.tolerance = o.composite.tolerance;
+  options.tolerance = o.composite.tolerance.value_or(cli::kCompositeTolerance);
   const auto size = cli::parse_image_size("--size", o.camera.size);
   options.width = size[0];
   options.height = size[1];
@@ -293,12 +292,18 @@ int work(Options& o, cli::Record& record) {
   record.error("phi_deviation", expansion.phi_deviation());
   record.error("psi_deviation", expansion.psi_deviation());
 
+  Costs costs;
   const auto draw = [&](const wavelet::Expansion& e) {
-    return drawn(e, file.scene, options, composite, o, record);
+    return drawn(e, file.scene, options, composite, o, costs);
   };
   if (o.every) draw_on_the_way(expansion, file.scene, o, draw, record);
   auto result = o.algorithm == "footprint" ? by_footprints(expansion, file.scene, options, o, record)
                                            : record.repeated("render", [&] { return draw(expansion); });
+  if (file.scene.model == render::Model::composite) {
+    cli::report(result, costs.composite, o.composite, record);
+  } else if (o.algorithm == "rays") {
+    record.count("pieces", costs.xray.pieces);
+  }
   record.count("rays", result.counts.rays);
   record.count("coefficients_met", result.counts.samples);
   write(result.image, file.scene, o, record);

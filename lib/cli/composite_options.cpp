@@ -33,9 +33,9 @@ void add_composite(CLI::App& app, CompositeOptions& o) {
       ->check(CLI::IsMember({"interval", "basis"}))
       ->group(group);
   app.add_option("--tolerance", o.tolerance,
-                 "With transfer function or shading: absolute error of a pixel, on the colour scale")
+                 "With transfer function or shading: absolute error of a pixel, on the colour scale "
+                 "[1e-6]")
       ->check(check_positive)
-      ->capture_default_str()
       ->group(group);
 }
 
@@ -45,8 +45,9 @@ render::CompositeOptions resolve(const CompositeOptions& o, io::SceneFile& file,
                      : o.linearised ? "--linearised"
                                     : nullptr;
   if (file.scene.model != render::Model::composite) {
-    if (given != nullptr || !o.transfer.empty()) {
-      throw Error(std::string(given != nullptr ? given : "--transfer") + " is for --model composite");
+    const char* wrong = given != nullptr ? given : !o.transfer.empty() ? "--transfer" : "--tolerance";
+    if (given != nullptr || !o.transfer.empty() || o.tolerance) {
+      throw Error(std::string(wrong) + " is for --model composite");
     }
     return {};
   }
@@ -65,6 +66,9 @@ render::CompositeOptions resolve(const CompositeOptions& o, io::SceneFile& file,
     throw Error("--negative clamp: what is linearised are basis functions, of both signs; give keep");
   }
   if (o.linearised && file.scene.shading) throw Error("--linearised: the scene must have no shading");
+  if (o.tolerance && !file.has_transfer && !file.scene.shading) {
+    throw Error("--tolerance is for a transfer function or shading: without them the integral is exact");
+  }
   render::CompositeOptions result;
   result.transfer = file.has_transfer;
   result.extinction = o.extinction.value_or(1);
@@ -84,7 +88,7 @@ void report(const render::RenderResult& result, const render::CompositeCounts& c
   record.result("clamped_optical_depth_maximum", counts.clamped_depth);
   if (o.linearised) return;
   record.error("pixel_maximum_estimate", result.error_estimate);
-  if (result.error_estimate > 10 * o.tolerance) {
+  if (result.error_estimate > 10 * o.tolerance.value_or(kCompositeTolerance)) {
     record.warn("the integral reached an error of about " + std::to_string(result.error_estimate));
   }
 }

@@ -10,12 +10,14 @@
 
 namespace vol::cli {
 
+inline constexpr double kCompositeTolerance = 1e-6;
+
 /// Self-occlusion of a wavelet expansion on the command line. Target vol_cli_composite.
 struct CompositeOptions {
   std::filesystem::path transfer;  ///< --transfer
   std::optional<double> extinction;
   std::optional<std::string> negative, linearised;
-  double tolerance = 1e-6;  ///< --tolerance
+  std::optional<double> tolerance;  ///< --tolerance; kCompositeTolerance where it is not given
 };
 
 /// Declares them, --transfer among the files.

@@ -37,54 +37,60 @@ std::optional<AxisProducts> AxisProducts::make(const wavelet::Expansion& expansi
   const auto number = [](int axis) { return static_cast<std::size_t>(axis); };
   const PictureTiles tiles(view.width(), view.height());
   auto sums = tiles.none();
-  for (const auto& band : expansion.bands()) {
-    const auto& f = expansion.function(band.factor[number(a)]);
-    // How far, in units of the other functions, a ray moves within half the support.
-    double error = 0;
-    const Bounds along = bounds_of(f);
-    for (int i = 0; i < 2; ++i) {
-      const int b = across[i], c = across[1 - i];
-      const double moved =
-          std::abs(d[b] / d[a]) * 0.5 * (f.upper() - f.lower) * band.scale[a] / band.scale[b];
-      if (moved <= 1e-12) continue;
-      const auto& g = expansion.function(band.factor[number(b)]);
-      if (!wavelet::continuous(g)) return std::nullopt;
-      error += moved * bounds_of(g).slope * bounds_of(expansion.function(band.factor[number(c)])).value;
-    }
-    const double length = band.scale[a] / std::abs(d[a]);
-    error *= along.value * (f.upper() - f.lower) * length;
+  // First what they would be off by, then, if that is little enough, the items: of most views there are none.
+  for (const bool keep : {false, true}) {
+    for (const auto& band : expansion.bands()) {
+      const auto& f = expansion.function(band.factor[number(a)]);
+      // How far, in units of the other functions, a ray moves within half the support.
+      double error = 0;
+      const Bounds along = bounds_of(f);
+      for (int i = 0; i < 2; ++i) {
+        const int b = across[i], c = across[1 - i];
+        const double moved =
+            std::abs(d[b] / d[a]) * 0.5 * (f.upper() - f.lower) * band.scale[a] / band.scale[b];
+        if (moved <= 1e-12) continue;
+        const auto& g = expansion.function(band.factor[number(b)]);
+        if (!wavelet::continuous(g)) return std::nullopt;
+        error += moved * bounds_of(g).slope * bounds_of(expansion.function(band.factor[number(c)])).value;
+      }
+      const double length = band.scale[a] / std::abs(d[a]);
+      error *= along.value * (f.upper() - f.lower) * length;
 
-    std::map<std::int32_t, double> integrals;
-    const double from = (std::min(view.face(0, a), view.face(1, a)) + band.shift[a]) / band.scale[a];
-    const double to = (std::max(view.face(0, a), view.face(1, a)) + band.shift[a]) / band.scale[a];
-    for (const auto& term : band.terms) {
-      const auto k = term.k[number(a)];
-      const auto [at, fresh] = integrals.try_emplace(k, 0.0);
-      if (fresh) at->second = wavelet::integral(f, from - k, to - k);
-      Item item{&band, &term, {}, term.c * at->second * length, 0, {}};
-      Vec3 middle = 0.5 * (band.lower + band.upper);
-      for (int i = 0; i < 3; ++i) middle[i] = (middle[i] + term.k[number(i)]) * band.scale[i] - band.shift[i];
-      item.plane = middle[a];
-      const auto p = view.pixel(middle);
-      double columns = 0, rows = 0;  // to the corners of the two supports
-      for (std::size_t i = 0; i < 2; ++i) {
-        const int b = across[i];
-        item.factor[i] = &expansion.function(band.factor[number(b)]);
-        const auto edge =
-            view.pixel(middle + 0.5 * (band.upper[b] - band.lower[b]) * band.scale[b] * Vec3::Unit(b));
-        columns += std::abs(edge[0] - p[0]);
-        rows += std::abs(edge[1] - p[1]);
+      std::map<std::int32_t, double> integrals;
+      const double from = (std::min(view.face(0, a), view.face(1, a)) + band.shift[a]) / band.scale[a];
+      const double to = (std::max(view.face(0, a), view.face(1, a)) + band.shift[a]) / band.scale[a];
+      for (const auto& term : band.terms) {
+        const auto k = term.k[number(a)];
+        const auto [at, fresh] = integrals.try_emplace(k, 0.0);
+        if (fresh) at->second = wavelet::integral(f, from - k, to - k);
+        Item item{&band, &term, {}, term.c * at->second * length, 0, {}};
+        Vec3 middle = 0.5 * (band.lower + band.upper);
+        for (int i = 0; i < 3; ++i)
+          middle[i] = (middle[i] + term.k[number(i)]) * band.scale[i] - band.shift[i];
+        item.plane = middle[a];
+        const auto p = view.pixel(middle);
+        double columns = 0, rows = 0;  // to the corners of the two supports
+        for (std::size_t i = 0; i < 2; ++i) {
+          const int b = across[i];
+          item.factor[i] = &expansion.function(band.factor[number(b)]);
+          const auto edge =
+              view.pixel(middle + 0.5 * (band.upper[b] - band.lower[b]) * band.scale[b] * Vec3::Unit(b));
+          columns += std::abs(edge[0] - p[0]);
+          rows += std::abs(edge[1] - p[1]);
+        }
+        item.reach = {p[0] - columns, p[0] + columns, p[1] - rows, p[1] + rows};
+        if (keep) {
+          result.items_.push_back(item);
+        } else if (error > 0) {
+          tiles.visit(item.reach[0], item.reach[1], item.reach[2], item.reach[3],
+                      [&](std::size_t tile, double) { sums[tile].one += std::abs(term.c) * error; });
+        }
       }
-      item.reach = {p[0] - columns, p[0] + columns, p[1] - rows, p[1] + rows};
-      if (error > 0) {
-        tiles.visit(item.reach[0], item.reach[1], item.reach[2], item.reach[3],
-                    [&](std::size_t tile, double) { sums[tile].one += std::abs(term.c) * error; });
-      }
-      result.items_.push_back(item);
     }
+    if (keep) break;
+    for (const auto& sum : sums) result.estimate_ = std::max(result.estimate_, sum.one);
+    if (result.estimate_ > allowed) return std::nullopt;
   }
-  for (const auto& sum : sums) result.estimate_ = std::max(result.estimate_, sum.one);
-  if (result.estimate_ > allowed) return std::nullopt;
 
   for (std::size_t y = 0; y < rays.size(); ++y) {
     for (std::size_t x = 0; x < rays[y].half.size(); ++x) {

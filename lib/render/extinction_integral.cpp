@@ -141,8 +141,8 @@ void ExtinctionIntegral::lit_panel(const Bernstein& p, double t0, double t1, dou
     error_ += error;
     return;
   }
-  lit_panel(p, t0, t1, u0, middle, 0.7 * tolerance, level + 1);
-  lit_panel(p, t0, t1, middle, u1, 0.7 * tolerance, level + 1);
+  lit_panel(p, t0, t1, u0, middle, 0.5 * tolerance, level + 1);
+  lit_panel(p, t0, t1, middle, u1, 0.5 * tolerance, level + 1);
 }
 
 Pixel ExtinctionIntegral::pixel() const {

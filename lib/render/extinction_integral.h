@@ -40,7 +40,8 @@ class ExtinctionIntegral {
   bool add(const RayPiece& piece);
 
   /// alpha = 1 - T, depth where T falls to 1/2, error what was accepted: at most the tolerance, a few times
-  /// it on rays of more than a thousand pieces.
+  /// it on rays of more than a thousand pieces, and more where a piece takes 1000 panels or 40 halvings: it
+  /// says how much.
   [[nodiscard]] Pixel pixel() const;
 
   [[nodiscard]] double optical_depth() const { return depth_; }

@@ -35,6 +35,18 @@ struct PictureLanes<double> {
   }
 };
 
+/// Sum of the taps at a place of their planes.
+template <int kTaps, class D>
+HWY_INLINE hn::Vec<D> sum_of_taps(D tag, const FootprintTaps& taps, std::int64_t at) {
+  auto even = hn::Mul(hn::Set(tag, taps.weight[0]), hn::LoadU(tag, taps.plane[0] + at));
+  auto odd = hn::Mul(hn::Set(tag, taps.weight[1]), hn::LoadU(tag, taps.plane[1] + at));
+  for (int t = 2; t < kTaps; t += 2) {
+    even = hn::MulAdd(hn::Set(tag, taps.weight[t]), hn::LoadU(tag, taps.plane[t] + at), even);
+    odd = hn::MulAdd(hn::Set(tag, taps.weight[t + 1]), hn::LoadU(tag, taps.plane[t + 1] + at), odd);
+  }
+  return hn::Add(even, odd);
+}
+
 template <int kTaps, class T>
 HWY_INLINE void add_row(const FootprintTaps& taps, std::int64_t offset, T amplitude, int begin, int end,
                         T* HWY_RESTRICT out) {
@@ -43,14 +55,7 @@ HWY_INLINE void add_row(const FootprintTaps& taps, std::int64_t offset, T amplit
   const auto lanes = static_cast<int>(hn::Lanes(tag));
   const auto scale = hn::Set(picture.out, amplitude);
   for (int i = begin; i < end; i += lanes) {
-    const std::int64_t at = offset + i;
-    auto even = hn::Mul(hn::Set(tag, taps.weight[0]), hn::LoadU(tag, taps.plane[0] + at));
-    auto odd = hn::Mul(hn::Set(tag, taps.weight[1]), hn::LoadU(tag, taps.plane[1] + at));
-    for (int t = 2; t < kTaps; t += 2) {
-      even = hn::MulAdd(hn::Set(tag, taps.weight[t]), hn::LoadU(tag, taps.plane[t] + at), even);
-      odd = hn::MulAdd(hn::Set(tag, taps.weight[t + 1]), hn::LoadU(tag, taps.plane[t + 1] + at), odd);
-    }
-    auto sum = picture.promoted(hn::Add(even, odd));
+    auto sum = picture.promoted(sum_of_taps<kTaps>(tag, taps, offset + i));
     if (i + lanes > end) {
       sum = hn::IfThenElseZero(hn::FirstN(picture.out, static_cast<std::size_t>(end - i)), sum);
     }
@@ -66,14 +71,7 @@ HWY_INLINE void add_chunks(const FootprintTaps& taps, std::int64_t offset, int c
   const hn::Rebind<float, decltype(wide)> tag;
   const auto lanes = static_cast<int>(hn::Lanes(tag));
   for (int i = 0; i < count * kChunk; i += lanes) {
-    const std::int64_t at = offset + i;
-    auto even = hn::Mul(hn::Set(tag, taps.weight[0]), hn::LoadU(tag, taps.plane[0] + at));
-    auto odd = hn::Mul(hn::Set(tag, taps.weight[1]), hn::LoadU(tag, taps.plane[1] + at));
-    for (int t = 2; t < kTaps; t += 2) {
-      even = hn::MulAdd(hn::Set(tag, taps.weight[t]), hn::LoadU(tag, taps.plane[t] + at), even);
-      odd = hn::MulAdd(hn::Set(tag, taps.weight[t + 1]), hn::LoadU(tag, taps.plane[t + 1] + at), odd);
-    }
-    const auto sum = hn::Add(even, odd);
+    const auto sum = sum_of_taps<kTaps>(tag, taps, offset + i);
     if constexpr (sizeof(T) == sizeof(float)) {
       hn::StoreU(hn::MulAdd(hn::Set(wide, *weights), sum, hn::LoadU(wide, out + i)), wide, out + i);
     } else {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <string>
+#include <utility>
 
 #include "base/error.h"
 #include "base/parallel.h"
@@ -155,6 +156,18 @@ void WaveletFootprints::State::add_groups(const std::vector<const wavelet::Band*
   }
 }
 
+namespace {
+
+/// Exact integrals in place of a group's tables.
+void give_up(FootprintGroup& group) {
+  group.exact = true;
+  group.tables.clear();
+  for (auto& part : group.parts) part.phases.reset();
+  group.rms = group.largest = 0;
+}
+
+}  // namespace
+
 /// Makes tables finer until the estimate is within what is allowed; groups for which that costs more than
 /// exact integrals become exact. Whether there is a table left.
 bool WaveletFootprints::State::refine(double allowed) {
@@ -208,14 +221,25 @@ bool WaveletFootprints::State::refine(double allowed) {
     due[g] = groups[g].tables.empty() && !groups[g].exact;
     if (!groups[g].tables.empty()) wanted[g] = groups[g].quality;
   }
+  const auto make_exact = [&](std::size_t g) {
+    give_up(groups[g]);
+    due[g] = false;
+  };
   for (;;) {
     for (std::size_t g = 0; g < groups.size(); ++g) {
-      if (!due[g] || worth(g, wanted[g])) continue;
-      groups[g].exact = true;
-      groups[g].tables.clear();
-      for (auto& part : groups[g].parts) part.phases.reset();
-      groups[g].rms = groups[g].largest = 0;
-      due[g] = false;
+      if (due[g] && !worth(g, wanted[g])) make_exact(g);
+    }
+    // Together within kTableBytes, before any is made: the largest give way to exact integrals.
+    const auto planned = [&](std::size_t g) {
+      return due[g] ? price(groups[g], wanted[g]).bytes : groups[g].bytes();
+    };
+    std::vector<std::int64_t> plans(groups.size());
+    std::int64_t together = 0;
+    for (std::size_t g = 0; g < groups.size(); ++g) together += plans[g] = planned(g);
+    while (together > kTableBytes) {
+      const auto g = static_cast<std::size_t>(std::max_element(plans.begin(), plans.end()) - plans.begin());
+      together -= std::exchange(plans[g], 0);
+      make_exact(g);
     }
     parallel_for(0, static_cast<std::int64_t>(groups.size()), 1, [&](std::int64_t from, std::int64_t to) {
       for (auto g = static_cast<std::size_t>(from); g < static_cast<std::size_t>(to); ++g) {
@@ -254,12 +278,7 @@ bool WaveletFootprints::State::refine(double allowed) {
 }
 
 void WaveletFootprints::State::give_up_tables() {
-  for (auto& group : groups) {
-    group.exact = true;
-    group.tables.clear();
-    for (auto& part : group.parts) part.phases.reset();
-    group.rms = group.largest = 0;
-  }
+  for (auto& group : groups) give_up(group);
   report.estimate = 0;
 }
 
@@ -325,6 +344,7 @@ void WaveletFootprints::State::plan() {
   };
 
   if (auto axis = AxisProducts::make(expansion, view, rays, report.allowed)) {
+    const auto beside_faces = exact_pixels;
     products = std::move(axis);
     report.terms_products = count_terms(all);
     report.estimate = products->estimate();
@@ -338,7 +358,10 @@ void WaveletFootprints::State::plan() {
       }
     }
     report.found = worst();
-    return;
+    if (report.found <= report.allowed || report.allowed == 0) return;
+    products.reset();  // its bound is not kept at a pixel that was integrated: tables, then
+    exact_pixels = beside_faces;
+    report.terms_products = 0;
   }
 
   std::vector<const wavelet::Band*> bands;
@@ -415,10 +438,6 @@ Run columns_within(Run run, double a, double b, double low, double high) {
   return {std::max(run.begin, ceil_pixel(std::min(s, t))),
           std::min(run.end, floor_pixel(std::max(s, t)) + 1)};
 }
-
-}  // namespace
-
-namespace {
 
 /// +1 where the rectangle of a term's footprint begins in a row, -1 behind its end.
 void count_reach(const FootprintPart& part, int width, int first, int count, std::int64_t stride,

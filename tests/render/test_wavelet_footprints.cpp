@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "base/rng.h"
+#include "noise_volume.h"
 #include "render/wavelet_footprints.h"
 #include "render/wavelet_xray.h"
 #include "wavelet/dwt.h"
@@ -13,18 +14,9 @@
 namespace vol::render {
 namespace {
 
-/// Anisotropic, off the origin; no direction matrix, so that views along the axes are that.
+/// Not turned, so that views along the axes are that.
 volume::Volume noise(const Dims& dims, std::uint64_t seed, double amplitude = 1) {
-  volume::GridGeometry geometry;
-  geometry.dims = dims;
-  geometry.spacing = {0.7, 1.3, 0.9};
-  geometry.origin = {-12.5, 3, 101};
-  Rng rng(seed);
-  volume::Grid<double> grid{geometry, Buffer<double>(static_cast<std::size_t>(geometry.count()))};
-  for (double& v : grid.voxels) v = amplitude * rng.uniform(-0.5, 1);
-  volume::Volume volume;
-  volume.grid = std::move(grid);
-  return volume;
+  return render::noise(dims, seed, -0.5 * amplitude, amplitude, false);
 }
 
 wavelet::Expansion expansion(const volume::Volume& volume, const std::string& wavelet, int levels,
@@ -136,8 +128,8 @@ TEST_P(FootprintsOf, KeepTheErrorAtAndNearTheAxes) {
     for (const double tilt : {0.0, 6e-8, 6e-5, 0.01, 1.0}) {  // degrees: from 1e-9 radians on
       for (const double azimuth : {0.0, 90.0}) {
         FootprintReport report;
-        // An even number of columns: no ray along x = 6, where battle-lemarie's functions are cut to be folded
-        // and rays decide by rounding on which side they are.
+        // An even number of columns: no ray along x = 6, where battle-lemarie's functions are cut to be
+        // folded and rays decide by rounding on which side they are.
         EXPECT_LT(error_of(field, view(azimuth + tilt, tilt / 3), allowed, &report, 16, 12), allowed + 2e-7)
             << allowed << " " << azimuth << " " << tilt;
         if (tilt == 0) {

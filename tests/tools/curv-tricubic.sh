@@ -22,12 +22,16 @@ done
 "$bin/vol-phantom" half-torus -o - | "$bin/curv-tricubic" - -o d.exr --size 96x80 --view 15,30 && "$bin/img-compare" a.exr d.exr >/dev/null ||
   fail "standard input differs from the file"
 
-# The reference: sheets of physical thickness come near it, and with a finer throttle nearer, where no value is opaque (its
-# border would be pixels that are right or wrong); they leave no holes.
+# The reference: sheets of physical thickness come near it, and with a finer throttle nearer. By the default ramp, opaque at its upper end,
+# by pixels that are right or wrong; where no value is opaque by far more. They leave no holes.
+rms() { "$bin/img-compare" "$1" rays.exr --metric rmse --json | sed -n 's/.*"rmse": *\([0-9.e-]*\).*/\1/p' | head -n 1; }
+draw -o rays.exr --method rays --reference-length 1 || fail "status $? of rays"
+draw -o coarse.exr --thickness physical --reference-length 1 --throttle 2
+draw -o fine.exr --thickness physical --reference-length 1 --throttle 0.5
+awk -v c="$(rms coarse.exr)" -v f="$(rms fine.exr)" 'BEGIN { exit !(f < 0.8 * c && f < 0.005) }' || fail "opaque sheets do not come near the rays: $(rms coarse.exr), $(rms fine.exr)"
 "$bin/vol-phantom" half-torus --field marschner-lobb --dims 7x4x3 -o field.vts
 printf 'colours: [[0, 0, 0, 1], [1, 1, 0.5, 0]]\nopacity: [[0, 0], [1, 0.9]]\n' >soft.yaml
 soft() { "$bin/curv-tricubic" field.vts --size 96x80 --view 15,30 --transfer soft.yaml --reference-length 1 "$@"; }
-rms() { "$bin/img-compare" "$1" rays.exr --metric rmse --json | sed -n 's/.*"rmse": *\([0-9.e-]*\).*/\1/p' | head -n 1; }
 soft -o rays.exr --method rays || fail "status $? of rays"
 soft -o coarse.exr --thickness physical --throttle 4
 soft -o fine.exr --thickness physical --throttle 0.5 --stats fine.json

@@ -190,7 +190,7 @@ class Renderers(unittest.TestCase):
 
 
 class Check(unittest.TestCase):
-    def verdict(self, committed, regenerated, tolerances="check: {samples: {relative: 0.001}, mse_truth: {relative: 0.01, absolute: 1.0e-6}}"):
+    def verdict(self, committed, regenerated, tolerances="check: {samples: {relative: 0.001}, mse_truth: {relative: 0.01, absolute: 1.0e-6}}", options=()):
         with tempfile.TemporaryDirectory() as folder:
             paths = []
             for name, table in (("old", committed), ("new", regenerated)):
@@ -198,7 +198,7 @@ class Check(unittest.TestCase):
                 paths.append(f"{folder}/{name}.csv")
                 records.write_csv(paths[-1], rows)
             pathlib.Path(f"{folder}/sweep.yaml").write_text(tolerances)
-            saved, sys.argv = sys.argv, ["check", f"{folder}/sweep.yaml", paths[1], paths[0]]
+            saved, sys.argv = sys.argv, ["check", *options, f"{folder}/sweep.yaml", paths[1], paths[0]]
             said = io.StringIO()
             try:
                 with contextlib.redirect_stdout(said):
@@ -237,9 +237,12 @@ class Check(unittest.TestCase):
         tolerances = "check: {samples: {relative: 0.01}, mse_truth: {relative: 0.01}}\ncheck_of: {m: {samples: {relative: 0.1}}}"
         other = "a s n w 3 q 1v"
         committed = {key: {"samples": 100, "mse_truth": 1} for key in (self.ROW, other)}
-        self.assertEqual(self.verdict(committed, {**committed, self.ROW: {"samples": 105, "mse_truth": 1}}, tolerances)[0], 0)
-        self.assertEqual(self.verdict(committed, {**committed, self.ROW: {"samples": 105, "mse_truth": 1.05}}, tolerances)[0], 1)
-        got, said = self.verdict(committed, {**committed, other: {"samples": 105, "mse_truth": 1}}, tolerances)
+        moved = {**committed, self.ROW: {"samples": 105, "mse_truth": 1}}
+        lanes = ["--other-lanes"]
+        self.assertEqual(self.verdict(committed, moved, tolerances, lanes)[0], 0)
+        self.assertEqual(self.verdict(committed, moved, tolerances)[0], 1)  # on the lanes of the committed table nothing more is allowed
+        self.assertEqual(self.verdict(committed, {**committed, self.ROW: {"samples": 105, "mse_truth": 1.05}}, tolerances, lanes)[0], 1)
+        got, said = self.verdict(committed, {**committed, other: {"samples": 105, "mse_truth": 1}}, tolerances, lanes)
         self.assertEqual(got, 1)
         self.assertIn("a s n w 3 q 1v: samples 100 -> 105", said)
 
