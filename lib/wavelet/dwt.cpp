@@ -249,6 +249,7 @@ template <class T>
 volume::Grid<T> synthesize(const Decomposition<T>& d) {
   validate(d);
   if (d.initialisation == Initialisation::samples) return {d.geometry, rebuilt(d, d.geometry.dims)};
+  require_interpolation(make_wavelet(d.wavelet), d.boundary);  // a file may say what analyze() never makes
   const Dims &extended = d.extended_dims, &dims = d.geometry.dims;
   Buffer<T> box = rebuilt(d, extended);
   values_at_voxels(make_wavelet(d.wavelet), extended, box);

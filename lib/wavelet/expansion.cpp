@@ -199,6 +199,9 @@ Expansion::Expansion(Decomposition<T> decomposition, const ExpansionOptions& opt
     }
   }
   const Wavelet wavelet = make_wavelet(decomposition.wavelet);
+  if (decomposition.initialisation == Initialisation::interpolate) {
+    require_interpolation(wavelet, decomposition.boundary);
+  }
   const double shift = expansion_shift(wavelet, decomposition.initialisation);
   const Prototypes prototypes = make_prototypes(wavelet, options.depth);
   phi_deviation_ = prototypes.phi_deviation;

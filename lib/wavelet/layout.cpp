@@ -6,7 +6,6 @@
 
 #include "base/checked.h"
 #include "base/error.h"
-#include "wavelet/initialisation.h"
 
 namespace vol::wavelet {
 namespace {
@@ -126,7 +125,9 @@ void validate(const Decomposition<T>& d) {
     throw Error("coefficients of a box of " + text(d.extended_dims) + " do not belong to " +
                 std::to_string(d.levels) + " levels of a volume of " + text(d.geometry.dims));
   }
-  if (d.initialisation == Initialisation::interpolate) require_interpolation(wavelet, d.boundary);
+  if (d.initialisation == Initialisation::interpolate && d.boundary != Boundary::periodic) {
+    throw Error("coefficients that interpolate have the periodic boundary; these have another");
+  }
   const auto ranges = layout(wavelet, d.boundary, d.extended_dims, d.levels);
   std::set<std::pair<int, int>> seen;
   for (const auto& band : d.subbands) {
