@@ -10,7 +10,7 @@
 namespace vol::curvilinear {
 
 /// A point of a surface of constant w in the picture, in pixels, with its distance along the ray in reference
-/// lengths, from any origin of its solid.
+/// lengths, from any origin of its solid, and the value as TransferTable looks it up.
 struct SheetVertex {
   double x, y;
   float depth, value;
@@ -33,7 +33,7 @@ struct SheetMeshes {
 /// How finely sheets are drawn.
 struct SheetFineness {
   double throttle;         ///< pixels from sheet to sheet
-  double value_tolerance;  ///< by which values between points may miss the solid's
+  double value_tolerance;  ///< by which values between points may miss the solid's, as the table has them
   double depth_scale;      ///< reference lengths of a unit of view coordinates
 };
 
@@ -66,7 +66,8 @@ class SheetMaker {
 /// Draws sheets into the rows of a band by scan conversion, in their order. A sheet is the closed polyhedron
 /// of triangles between two surfaces and along the solid's sides; a ray through a pixel's centre goes through
 /// it from triangle to triangle, neighbours' edges met neither twice nor never. So lengths are those of the
-/// polyhedron, at silhouettes too. A sheet's value on a ray is the mean of the two ends'.
+/// polyhedron, at silhouettes too. A
+/// sheet's value on a ray is linear between the two ends', its colour that of the middle.
 void scan_sheets(std::span<const SheetMeshes* const> meshes, const TransferTable& table, Band& band);
 
 }  // namespace vol::curvilinear

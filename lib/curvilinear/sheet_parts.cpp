@@ -13,12 +13,12 @@ TransferTable::TransferTable(const transfer::TransferFunction& transfer, double 
     entries_.push_back({static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2]),
                         static_cast<float>(-std::log1p(-transfer.opacity(value)) / thinned_by)});
   };
-  low_ = static_cast<float>(low);
-  high_ = static_cast<float>(high);
+  origin_ = low;
   entries_.reserve(kEntries + 3);
   add(std::nextafter(low, -std::numeric_limits<double>::infinity()));
-  if (high_ > low_) {
-    scale_ = static_cast<float>(kEntries) / (high_ - low_);
+  if (high > low) {
+    per_value_ = 1 / (high - low);
+    end_ = 1;
     // Rounding may take a value just below the end one step too far: there is one more.
     for (int n = 0; n <= kEntries; ++n) {
       add(std::min(high, low + (high - low) * (n + 0.5) / kEntries));

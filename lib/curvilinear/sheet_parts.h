@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -21,30 +22,42 @@ inline float opacity_of_depth(float x) {
 }
 
 /// Colour and optical depth phi(a) = -log1p(-a) by value: even steps between the first and the last break of
-/// the transfer function, the value at each step's middle; what lies outside exactly.
+/// the transfer function, the value at each step's middle; what lies outside exactly. Values are looked up as
+/// shares of that stretch, made of them in double precision before anything is narrowed: so a small signal on
+/// a large offset keeps its digits.
 class TransferTable {
  public:
   struct Entry {
     float r, g, b, depth;
   };
   TransferTable(const transfer::TransferFunction& transfer, double thinned_by);
-  [[nodiscard]] const Entry& operator()(float value) const {
-    if (!(value > low_)) return entries_.front();
-    if (value >= high_) return entries_.back();
-    return entries_[1 + static_cast<std::size_t>((value - low_) * scale_)];
+  /// 0 at the first break, 1 at the last; of a single break the distance from it. Held within +-1e30, so that
+  /// float holds what lies between two of them.
+  [[nodiscard]] double share(double value) const {
+    constexpr double kMost = 1e30;
+    return std::clamp((value - origin_) * per_value_, -kMost, kMost);
   }
-  /// For kernels that look many values up at once: entries()[min(1 + (value - low) scale, last())], but the
-  /// first up to low() and the last from high() on.
+  [[nodiscard]] const Entry& operator()(float share) const {
+    if (!(share > 0)) return entries_.front();
+    if (share >= end_) return entries_.back();
+    return entries_[1 + static_cast<std::size_t>(share * kEntries)];
+  }
+  /// Of the stretch, as a share; of a single break infinite.
+  [[nodiscard]] double range() const {
+    return end_ == 1 ? 1 : std::numeric_limits<double>::infinity();
+  }
+  /// For kernels that look many values up at once: entries()[1 + share steps()], but the first up to 0 and
+  /// the last from end() on.
   [[nodiscard]] const Entry* entries() const { return entries_.data(); }
   [[nodiscard]] std::int32_t last() const { return static_cast<std::int32_t>(entries_.size()) - 1; }
-  [[nodiscard]] float low() const { return low_; }
-  [[nodiscard]] float high() const { return high_; }
-  [[nodiscard]] float scale() const { return scale_; }
+  [[nodiscard]] static constexpr float steps() { return kEntries; }
+  [[nodiscard]] float end() const { return end_; }
 
  private:
   static constexpr int kEntries = 1 << 14;
   std::vector<Entry> entries_;
-  float low_, high_, scale_ = 0;
+  double origin_, per_value_ = 1;
+  float end_ = std::numeric_limits<float>::min();  ///< share of the last break; of a single one all above it
 };
 
 /// Rows [top, bottom) of the picture while it is drawn, front to back.

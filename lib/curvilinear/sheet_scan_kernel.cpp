@@ -44,7 +44,8 @@ enum class Crossing { surface, end, side };
 class Fragments {
  public:
   Fragments(const TransferTable& table, Band& band) : table_(table), band_(band) {
-    std::fill(std::begin(value_), std::end(value_), 0.0F);
+    std::fill(std::begin(front_), std::end(front_), 0.0F);
+    std::fill(std::begin(back_), std::end(back_), 0.0F);
     std::fill(std::begin(length_), std::end(length_), 0.0F);
   }
 
@@ -62,23 +63,22 @@ class Fragments {
     }
   }
 
+  /// A stretch's optical depth by Simpson's rule, its value being linear: opaque where an end is.
   void flush() {
     const DF d;
     const DI di;
     const float* depths = &table_.entries()->depth;
-    const F low = hn::Set(d, table_.low()), high = hn::Set(d, table_.high()),
-            scale = hn::Set(d, table_.scale());
-    const I last = hn::Set(di, table_.last()), first = hn::Zero(di), one = hn::Set(di, 1);
-    const F minus_log2e = hn::Set(d, -1.44269504088896341F);
+    const F half = hn::Set(d, 0.5F), four = hn::Set(d, 4.0F);
+    const F scale = hn::Set(d, -1.44269504088896341F / 6);  // of Simpson's rule, and log2(e)
     for (int k = 0; k < count_; k += static_cast<int>(hn::Lanes(d))) {
-      const F value = hn::Load(d, value_ + k), length = hn::Load(d, length_ + k);
-      I entry = hn::Add(hn::ConvertTo(di, hn::Mul(hn::Sub(value, low), scale)), one);
-      entry = hn::Max(hn::Min(entry, last), first);
-      entry = hn::IfThenElse(hn::RebindMask(di, hn::Ge(value, high)), last, entry);
-      entry = hn::IfThenElse(hn::RebindMask(di, hn::Gt(value, low)), entry, first);
-      hn::Store(entry, di, entry_ + k);
-      const F thick = hn::GatherIndex(d, depths, hn::ShiftLeft<2>(entry));
-      const F opacity = render::HWY_NAMESPACE::one_minus_exp2(hn::Mul(hn::Mul(thick, length), minus_log2e));
+      const F front = hn::Load(d, front_ + k), back = hn::Load(d, back_ + k),
+              length = hn::Load(d, length_ + k);
+      const I middle = entry(hn::Mul(half, hn::Add(front, back)));
+      hn::Store(middle, di, entry_ + k);
+      const F ends = hn::Add(hn::GatherIndex(d, depths, hn::ShiftLeft<2>(entry(front))),
+                             hn::GatherIndex(d, depths, hn::ShiftLeft<2>(entry(back))));
+      const F thick = hn::MulAdd(four, hn::GatherIndex(d, depths, hn::ShiftLeft<2>(middle)), ends);
+      const F opacity = render::HWY_NAMESPACE::one_minus_exp2(hn::Mul(hn::Mul(thick, length), scale));
       // Of an opaque value over no length the product is none.
       hn::Store(hn::IfThenElseZero(hn::Gt(length, hn::Zero(d)), opacity), d, opacity_ + k);
     }
@@ -90,12 +90,24 @@ class Fragments {
   }
 
  private:
+  /// Of values, as TransferTable has it.
+  [[nodiscard]] HWY_INLINE I entry(F value) const {
+    const DF d;
+    const DI di;
+    const I last = hn::Set(di, table_.last()), first = hn::Zero(di);
+    I at = hn::Add(hn::ConvertTo(di, hn::Mul(value, hn::Set(d, TransferTable::steps()))), hn::Set(di, 1));
+    at = hn::Max(hn::Min(at, last), first);
+    at = hn::IfThenElse(hn::RebindMask(di, hn::Ge(value, hn::Set(d, table_.end()))), last, at);
+    return hn::IfThenElse(hn::RebindMask(di, hn::Gt(value, hn::Zero(d))), at, first);
+  }
+
   template <Crossing kCrossing>
   HWY_INLINE void meet_one(std::size_t at, float f, float z) {
     if (count_ == kMost) flush();
     Band::Inside& last = band_.inside;
     if (last.solid[at] == band_.solid) {
-      value_[count_] = 0.5F * (f + last.value[at]);
+      front_[count_] = last.value[at];
+      back_[count_] = f;
       length_[count_] = std::abs(z - last.depth[at]);
       pixel_[count_] = static_cast<std::int32_t>(at);
       ++count_;
@@ -125,7 +137,7 @@ class Fragments {
       // Reads and writes stay within the padding behind the band.
       const auto inside = hn::And(here_i, hn::Eq(hn::LoadU(di, &band_.inside.solid[at]), solid));
       const F length = hn::Abs(hn::Sub(z, hn::LoadU(d, &band_.inside.depth[at])));
-      const F mean = hn::Mul(hn::Set(d, 0.5F), hn::Add(f, hn::LoadU(d, &band_.inside.value[at])));
+      const F before = hn::LoadU(d, &band_.inside.value[at]);
       if constexpr (kCrossing != Crossing::end) {
         hn::BlendedStore(z, here, d, &band_.inside.depth[at]);
         hn::BlendedStore(f, here, d, &band_.inside.value[at]);
@@ -135,7 +147,8 @@ class Fragments {
       if constexpr (kCrossing == Crossing::side) next = hn::IfThenElse(inside, none, solid);
       hn::BlendedStore(next, here_i, di, &band_.inside.solid[at]);
       const auto ends = hn::RebindMask(d, inside);
-      hn::CompressBlendedStore(mean, ends, d, value_ + count_);
+      hn::CompressBlendedStore(before, ends, d, front_ + count_);
+      hn::CompressBlendedStore(f, ends, d, back_ + count_);
       hn::CompressBlendedStore(length, ends, d, length_ + count_);
       count_ += static_cast<int>(
           hn::CompressBlendedStore(hn::Iota(di, static_cast<std::int32_t>(at)), inside, di, pixel_ + count_));
@@ -147,8 +160,8 @@ class Fragments {
   const TransferTable& table_;
   Band& band_;
   int count_ = 0;
-  HWY_ALIGN float value_[kMost + HWY_MAX_BYTES], length_[kMost + HWY_MAX_BYTES],
-      opacity_[kMost + HWY_MAX_BYTES];
+  HWY_ALIGN float front_[kMost + HWY_MAX_BYTES], back_[kMost + HWY_MAX_BYTES],
+      length_[kMost + HWY_MAX_BYTES], opacity_[kMost + HWY_MAX_BYTES];
   HWY_ALIGN std::int32_t pixel_[kMost + HWY_MAX_BYTES], entry_[kMost + HWY_MAX_BYTES];
 };
 

@@ -32,15 +32,19 @@ class Sheets {
       : camera_(camera), options_(options), screen_(camera), table_(transfer, options.thinned_by) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const Block& block : grid.blocks) blocks_.push_back(screen_.view(block));
-    for (std::size_t b = 0; b < grid.blocks.size(); ++b) {
-      solids_.emplace_back(blocks_[b], values[b], options.cells, options.beta);
-      for (const double f : values[b]) {
-        low = std::min(low, f);
-        high = std::max(high, f);
+    for (const auto& of_block : values) {
+      std::vector<double>& shares = shares_.emplace_back();
+      shares.reserve(of_block.size());
+      for (const double f : of_block) {
+        shares.push_back(table_.share(f));
+        low = std::min(low, shares.back());
+        high = std::max(high, shares.back());
       }
     }
+    for (std::size_t b = 0; b < grid.blocks.size(); ++b)
+      solids_.emplace_back(blocks_[b], shares_[b], options.cells, options.beta);
     constexpr double kValueShare = 2e-3;
-    fineness_ = {options.throttle, kValueShare * options.throttle * (high - low),
+    fineness_ = {options.throttle, kValueShare * options.throttle * std::min(high - low, table_.range()),
                  screen_.world_length() / reference_length};
     for (std::size_t b = 0; b < solids_.size(); ++b) list(static_cast<std::uint32_t>(b));
     std::vector<Dims> block_cells;
@@ -83,7 +87,8 @@ class Sheets {
   Screen screen_;
   TransferTable table_;
   SheetFineness fineness_{};
-  std::vector<Block> blocks_;  // in view coordinates
+  std::vector<Block> blocks_;                // in view coordinates
+  std::vector<std::vector<double>> shares_;  // the values, as the table looks them up
   std::vector<Solids> solids_;
   std::vector<VisibleCell> cells_;
   std::int64_t circles_ = 0;

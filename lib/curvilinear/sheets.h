@@ -57,7 +57,7 @@ struct SheetResult {
 /// physical: the paper's third remedy. The surfaces between sheets, and the cell's sides, are scan-converted
 /// as triangles; what a pixel's ray travels from one to the next is the length l. Points are as many as a
 /// bound on second differences asks for: chords miss the cell by a tenth of `throttle` pixels at most, values
-/// by `throttle` / 500 of their range. Cells whose sheets turn away from the eye are halved before. So a
+/// by `throttle` / 500 of their range, or of the transfer function's where that is less. Cells whose sheets turn away from the eye are halved before. So a
 /// homogeneous medium comes out right at silhouettes too (tests/curvilinear/test_homogeneous.cpp). Not
 /// promised: the order of sheets where a ray passes through a cell back and forth, nor that of cells in a
 /// circle.

@@ -63,13 +63,16 @@ TEST(OpacityOfDepth, IsOneMinusExp) {
 TEST(TransferTable, HoldsEndsExactlyAndStepsWithinHalfAStep) {
   const transfer::TransferFunction f({{-1, {0, 0, 0}}, {3, {1, 0.5, 0}}}, {{-1, 0}, {3, 1}});
   const TransferTable table(f, 1);
-  EXPECT_EQ(table(-1).depth, 0);
-  EXPECT_EQ(table(-7).depth, 0);
-  EXPECT_EQ(table(3).depth, std::numeric_limits<float>::infinity());
-  EXPECT_EQ(table(9).r, 1);
+  const auto entry = [](const TransferTable& of, double value) {
+    return of(static_cast<float>(of.share(value)));
+  };
+  EXPECT_EQ(entry(table, -1).depth, 0);
+  EXPECT_EQ(entry(table, -7).depth, 0);
+  EXPECT_EQ(entry(table, 3).depth, std::numeric_limits<float>::infinity());
+  EXPECT_EQ(entry(table, 9).r, 1);
   // 2^14 steps: half a step of a value that runs from 0 to 1 is 2^-15.
-  for (float v = -0.999F; v < 3; v += 0.0137F) EXPECT_NEAR(table(v).r, (v + 1) / 4, 3.1e-5);
-  EXPECT_NEAR(TransferTable(f, 4)(1).depth, -std::log1p(-0.5) / 4, 1e-4);
+  for (float v = -0.999F; v < 3; v += 0.0137F) EXPECT_NEAR(entry(table, v).r, (v + 1) / 4, 3.1e-5);
+  EXPECT_NEAR(entry(TransferTable(f, 4), 1).depth, -std::log1p(-0.5) / 4, 1e-4);
 }
 
 // (5) to (8) of the paper: whatever the number of sheets, a cell has its own opacity.
