@@ -91,7 +91,8 @@ void declare(CLI::App& app, Options& o) {
       ->group(light);
 
   app.add_option("--order", o.order,
-                 "Cells front to back: faces (by what lies behind each face, circles cut) or depth (by their "
+                 "Cells front to back: faces (by what lies behind each face, and where there are several "
+                 "blocks along each ray; cells in circles split) or depth (by their "
                  "nearest corner, as in the paper)")
       ->check(CLI::IsMember({"faces", "depth"}))
       ->capture_default_str()
@@ -161,6 +162,8 @@ image::Image draw_by_sheets(const Grid& grid, const cli::GridVariable& variable,
   });
   record.count("cells", result.counts.cells);
   record.count("circles", result.counts.circles);
+  record.count("split", result.counts.split);
+  record.count("unresolved", result.counts.unresolved);
   record.count("sheets", result.counts.sheets);
   record.count("points", result.counts.points);
   record.count("samples", result.counts.samples);

@@ -25,7 +25,34 @@ double cosine_at_corner(const Solid& solid, const Screen& screen, std::size_t co
   return length > 0 ? normal.dot(screen.direction(p)) / length : 0;
 }
 
+/// The cubic's polar form.
+Point4 blossom(const Point4 (&b)[4], double s, double t, double u) {
+  const auto between = [](const Point4& p, const Point4& q, double x) -> Point4 {
+    return (1 - x) * p + x * q;
+  };
+  const Point4 p0 = between(b[0], b[1], s), p1 = between(b[1], b[2], s), p2 = between(b[2], b[3], s);
+  return between(between(p0, p1, t), between(p1, p2, t), u);
+}
+
 }  // namespace
+
+Solid part(const Solid& solid, const Vec3& low, const Vec3& high) {
+  Solid cut = solid;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double from = low[static_cast<int>(axis)], to = high[static_cast<int>(axis)];
+    if (from == 0 && to == 1) continue;
+    const std::size_t s = kStride[axis];
+    for (std::size_t n = 0; n < 64; ++n) {
+      if (n / s % 4 != 0) continue;
+      const Point4 b[4] = {cut.b[n], cut.b[n + s], cut.b[n + 2 * s], cut.b[n + 3 * s]};
+      cut.b[n] = blossom(b, from, from, from);
+      cut.b[n + s] = blossom(b, from, from, to);
+      cut.b[n + 2 * s] = blossom(b, from, to, to);
+      cut.b[n + 3 * s] = blossom(b, to, to, to);
+    }
+  }
+  return cut;
+}
 
 std::array<Solid, 2> halves(const Solid& solid, std::size_t axis) {
   std::array<Solid, 2> parts;

@@ -9,6 +9,10 @@ namespace vol::curvilinear {
 /// them.
 [[nodiscard]] std::array<Solid, 2> halves(const Solid& solid, std::size_t axis);
 
+/// The part of a solid between two corners of a box of its parameters, by blossoms: parts that meet have the
+/// control points of what they share.
+[[nodiscard]] Solid part(const Solid& solid, const Vec3& low, const Vec3& high);
+
 /// The axis along which a solid in view coordinates is best halved before its sheets are drawn; -1: none. It
 /// is where sheets (of constant w, the solid being oriented) turn away from the eye somewhere, or nearly:
 /// where at a corner the cosine of the ray with the sheet's normal is below 0.3 of that in the middle. Then

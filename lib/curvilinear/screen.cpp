@@ -18,6 +18,13 @@ Screen::Screen(const camera::Camera& camera)
   }
 }
 
+int Screen::runs_away(const Vec3& at, const Eigen::Matrix<double, 4, 3>& d, int axis) const {
+  const double area =
+      d.col((axis + 1) % 3).head<3>().cross(d.col((axis + 2) % 3).head<3>()).dot(direction(at));
+  const double forward = d.topRows<3>().determinant() < 0 ? -area : area;
+  return forward > 0 ? 1 : forward < 0 ? -1 : 0;
+}
+
 Block Screen::view(const Block& world) const {
   Block seen{world.dims, std::vector<Vec3>(world.points.size()), {}, world.hidden};
   for (std::size_t n = 0; n < world.points.size(); ++n) seen.points[n] = view(world.points[n]);

@@ -35,6 +35,9 @@ class Screen {
   [[nodiscard]] double linear_pixels() const {
     return perspective_ ? 0.02 * focal_ : std::numeric_limits<double>::infinity();
   }
+  /// Whether the parameter along an axis grows (1) or falls (-1) along the ray through a point where a solid
+  /// has the derivatives d, in view coordinates; 0: neither.
+  [[nodiscard]] int runs_away(const Vec3& at, const Eigen::Matrix<double, 4, 3>& d, int axis) const;
   [[nodiscard]] double world_length() const { return world_length_; }  ///< of a unit of view coordinates
 
  private:

@@ -10,13 +10,14 @@ namespace {
 template <class T>
 class Layers {
  public:
-  Layers(const Solid& solid, const Screen& screen, const TransferTable& table, double throttle, Band& band)
+  Layers(const Solid& solid, const Screen& screen, const TransferTable& table, double throttle, double share,
+         Band& band)
       : screen_(screen),
         table_(table),
         band_(band),
         origin_(solid(Vec3(0.5, 0.5, 0.5))),
         lattice_(lattice(solid, screen, throttle)) {
-    share_ = 1.0F / static_cast<float>(lattice_.steps[2]);
+    share_ = static_cast<float>(share / lattice_.steps[2]);
   }
   [[nodiscard]] static Lattice lattice(const Solid& solid, const Screen& screen, double throttle) {
     const Extents e = extents(solid, screen);
@@ -88,13 +89,13 @@ class Layers {
 }  // namespace
 
 void draw_layers(const Solid& solid, const Screen& screen, const TransferTable& table, double throttle,
-                 Band& band) {
+                 double share, Band& band) {
   band.sheets.resize(band.pixels.size());
   const Lattice lattice = Layers<float>::lattice(solid, screen, throttle);
   if (*std::max_element(lattice.steps.begin(), lattice.steps.end()) <= kFloatSteps) {
-    Layers<float>(solid, screen, table, throttle, band).draw(solid);
+    Layers<float>(solid, screen, table, throttle, share, band).draw(solid);
   } else {
-    Layers<double>(solid, screen, table, throttle, band).draw(solid);
+    Layers<double>(solid, screen, table, throttle, share, band).draw(solid);
   }
 }
 

@@ -27,7 +27,7 @@ TransferTable::TransferTable(const transfer::TransferFunction& transfer, double 
   add(high);
 }
 
-Solid oriented(const Solid& seen, const Screen& screen) {
+Oriented oriented(const Solid& seen, const Screen& screen) {
   Eigen::Matrix<double, 4, 3> d;
   const Vec3 centre = seen.centre(d).head<3>();
   const Vec3 ray = screen.direction(centre);
@@ -47,10 +47,10 @@ Solid oriented(const Solid& seen, const Screen& screen) {
   constexpr std::size_t kStride[3] = {1, 4, 16};
   const std::size_t u = kStride[(depth_axis + 1) % 3], v = kStride[(depth_axis + 2) % 3],
                     w = kStride[depth_axis];
-  Solid put;
+  Oriented put{{}, depth_axis};
   for (std::size_t n = 0; n < 64; ++n) {
     const std::size_t t = n / 16;
-    put.b[n] = seen.b[u * (n % 4) + v * (n / 4 % 4) + w * (forward < 0 ? 3 - t : t)];
+    put.solid.b[n] = seen.b[u * (n % 4) + v * (n / 4 % 4) + w * (forward < 0 ? 3 - t : t)];
   }
   return put;
 }

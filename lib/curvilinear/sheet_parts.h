@@ -43,9 +43,7 @@ class TransferTable {
     return entries_[1 + static_cast<std::size_t>(share * kEntries)];
   }
   /// Of the stretch, as a share; of a single break infinite.
-  [[nodiscard]] double range() const {
-    return end_ == 1 ? 1 : std::numeric_limits<double>::infinity();
-  }
+  [[nodiscard]] double range() const { return end_ == 1 ? 1 : std::numeric_limits<double>::infinity(); }
   /// For kernels that look many values up at once: entries()[1 + share steps()], but the first up to 0 and
   /// the last from end() on.
   [[nodiscard]] const Entry* entries() const { return entries_.data(); }
@@ -102,7 +100,11 @@ struct Band {
 
 /// A solid in view coordinates with its axes put so that sheets of constant w are drawn from w = 0 to 1:
 /// front to back, and of the largest area in the picture.
-[[nodiscard]] Solid oriented(const Solid& seen, const Screen& screen);
+struct Oriented {
+  Solid solid;
+  int axis;  ///< which was taken for w
+};
+[[nodiscard]] Oriented oriented(const Solid& seen, const Screen& screen);
 
 /// Bounds of the solid's change per unit of each parameter, from its control points: in the picture (the
 /// larger of x and y) and in space (of each coordinate's largest), both in pixels.
@@ -126,7 +128,8 @@ struct LargestDifferences {
 [[nodiscard]] int step_count(double extent, double throttle);
 
 /// The points of a solid (oriented) by layers, into the rows of a band.
+/// \param share  of its cell that it is, along w
 void draw_layers(const Solid& solid, const Screen& screen, const TransferTable& table, double throttle,
-                 Band& band);
+                 double share, Band& band);
 
 }  // namespace vol::curvilinear

@@ -160,8 +160,8 @@ class Fragments {
   const TransferTable& table_;
   Band& band_;
   int count_ = 0;
-  HWY_ALIGN float front_[kMost + HWY_MAX_BYTES], back_[kMost + HWY_MAX_BYTES],
-      length_[kMost + HWY_MAX_BYTES], opacity_[kMost + HWY_MAX_BYTES];
+  HWY_ALIGN float front_[kMost + HWY_MAX_BYTES], back_[kMost + HWY_MAX_BYTES], length_[kMost + HWY_MAX_BYTES],
+      opacity_[kMost + HWY_MAX_BYTES];
   HWY_ALIGN std::int32_t pixel_[kMost + HWY_MAX_BYTES], entry_[kMost + HWY_MAX_BYTES];
 };
 

@@ -2,28 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "curvilinear/circles.h"
 #include "curvilinear/halves.h"
 #include "curvilinear/sheet_mesh.h"
 
 namespace vol::curvilinear {
 namespace {
-
-Dims at(std::int64_t number, const Dims& cells) {
-  return {number % cells[0], number / cells[0] % cells[1], number / (cells[0] * cells[1])};
-}
-
-/// Whether the parameter along an axis grows (1) or falls (-1) along the ray through a point of view
-/// coordinates where the solid has the derivatives d; 0: neither.
-int runs_away(const Vec3& at, const Eigen::Matrix<double, 4, 3>& d, int axis, const Screen& screen) {
-  const double area =
-      d.col((axis + 1) % 3).head<3>().cross(d.col((axis + 2) % 3).head<3>()).dot(screen.direction(at));
-  const double forward = d.topRows<3>().determinant() < 0 ? -area : area;
-  return forward > 0 ? 1 : forward < 0 ? -1 : 0;
-}
 
 class Sheets {
  public:
@@ -46,10 +35,9 @@ class Sheets {
     constexpr double kValueShare = 2e-3;
     fineness_ = {options.throttle, kValueShare * options.throttle * std::min(high - low, table_.range()),
                  screen_.world_length() / reference_length};
+    for (const Block& block : blocks_) block_cells_.push_back(block.cells());
     for (std::size_t b = 0; b < solids_.size(); ++b) list(static_cast<std::uint32_t>(b));
-    std::vector<Dims> block_cells;
-    for (const Block& block : grid.blocks) block_cells.push_back(block.cells());
-    circles_ = put_in_order(cells_, block_cells, options.order);
+    put_in_order();
   }
 
   [[nodiscard]] SheetResult draw() const {
@@ -76,7 +64,9 @@ class Sheets {
       result.counts.redundant += band.counts.redundant;
     }
     result.counts.cells = static_cast<std::int64_t>(cells_.size());
-    result.counts.circles = circles_;
+    result.counts.circles = circles_.circles;
+    result.counts.split = circles_.split;
+    result.counts.unresolved = circles_.unresolved;
     result.counts.holes = holes(result.image);
     return result;
   }
@@ -90,8 +80,52 @@ class Sheets {
   std::vector<Block> blocks_;                // in view coordinates
   std::vector<std::vector<double>> shares_;  // the values, as the table looks them up
   std::vector<Solids> solids_;
-  std::vector<VisibleCell> cells_;
-  std::int64_t circles_ = 0;
+  std::vector<Dims> block_cells_;
+  std::vector<VisibleCell> cells_;    // nearest first
+  std::vector<CellPart> parts_;       // of cells in circles
+  std::vector<std::uint32_t> order_;  // front to back: places of cells, and kPart and places of parts
+  static constexpr std::uint32_t kPart = 1U << 31;
+  CircleCounts circles_;
+
+  void put_in_order() {
+    sort_by_depth(cells_);
+    const auto count = static_cast<std::uint32_t>(cells_.size());
+    if (options_.order == CellOrder::depth) {
+      order_.resize(count);
+      std::iota(order_.begin(), order_.end(), 0U);
+      return;
+    }
+    std::vector<Before> before = before_by_faces(cells_, block_cells_);
+    const auto solid_of = [this](const VisibleCell& cell) { return solid(cell); };
+    std::vector<GapCrossing> gaps;
+    if (blocks_.size() > 1) {
+      gaps = gap_crossings(cells_, block_cells_, solid_of, screen_, camera_.image_width(),
+                           camera_.image_height());
+      for (std::size_t n = 0; n < gaps.size(); ++n) {
+        const Before here(gaps[n].front, gaps[n].back);
+        if (n == 0 || here != Before(gaps[n - 1].front, gaps[n - 1].back)) before.push_back(here);
+      }
+    }
+    FrontToBack found = front_to_back(count, before);
+    if (found.circles.empty()) {
+      order_ = std::move(found.order);
+      return;
+    }
+    const Circles circles(cells_, block_cells_, solid_of, screen_, gaps);
+    auto circle = found.circles.begin();
+    for (std::size_t n = 0; n < found.order.size();) {
+      if (circle == found.circles.end() || n < circle->begin) {
+        order_.push_back(found.order[n++]);
+        continue;
+      }
+      const std::size_t first = parts_.size();
+      circles.split({&found.order[circle->begin], circle->end - circle->begin}, parts_, circles_);
+      for (std::size_t part = first; part < parts_.size(); ++part)
+        order_.push_back(kPart | static_cast<std::uint32_t>(part));
+      n = circle->end;
+      ++circle;
+    }
+  }
 
   /// The cells of a block that meet the picture.
   void list(std::uint32_t b) {
@@ -106,8 +140,8 @@ class Sheets {
     }
   }
   [[nodiscard]] VisibleCell examined(std::uint32_t b, std::int64_t number) const {
-    VisibleCell cell{std::numeric_limits<double>::infinity(), b, number, 0, 0, {}};
-    const Dims place = at(number, blocks_[b].cells());
+    VisibleCell cell{std::numeric_limits<double>::infinity(), b, number};
+    const Dims place = first_cell(cell, block_cells_);
     if (blocks_[b].is_missing(place)) return cell;
     const Solid seen = solids_[b](place);
     double top = std::numeric_limits<double>::infinity(), bottom = -top, left = top, right = -top;
@@ -130,7 +164,7 @@ class Sheets {
       Eigen::Matrix<double, 4, 3> d;
       const Vec3 middle = seen.face_centre(a, d).head<3>();
       cell.before_next[static_cast<std::size_t>(a)] =
-          static_cast<std::int8_t>(runs_away(middle, d, a, screen_));
+          static_cast<std::int8_t>(screen_.runs_away(middle, d, a));
     }
     const double height = camera_.image_height();
     cell.top = static_cast<int>(std::floor(std::clamp(top, 0.0, height)));
@@ -138,7 +172,17 @@ class Sheets {
     return cell;
   }
   [[nodiscard]] Solid solid(const VisibleCell& cell) const {
-    return solids_[cell.block](at(cell.number, blocks_[cell.block].cells()));
+    return solids_[cell.block](first_cell(cell, block_cells_));
+  }
+  /// Of a place in the order.
+  [[nodiscard]] const VisibleCell& cell_at(std::uint32_t ordered) const {
+    return cells_[(ordered & kPart) != 0 ? parts_[ordered & ~kPart].cell : ordered];
+  }
+  [[nodiscard]] Solid solid_at(std::uint32_t ordered) const {
+    const Solid whole = solid(cell_at(ordered));
+    if ((ordered & kPart) == 0) return whole;
+    const CellPart& of = parts_[ordered & ~kPart];
+    return part(whole, of.low, of.high);
   }
 
   template <class Draw>
@@ -149,9 +193,13 @@ class Sheets {
   }
   /// By layers.
   void draw_cells(Band& band) const {
-    for (const VisibleCell& cell : cells_) {
+    for (const std::uint32_t n : order_) {
+      const VisibleCell& cell = cell_at(n);
       if (cell.bottom <= band.top || cell.top >= band.bottom) continue;
-      draw_layers(oriented(solid(cell), screen_), screen_, table_, options_.throttle, band);
+      const Oriented put = oriented(solid_at(n), screen_);
+      double share = 1;
+      if ((n & kPart) != 0) share = (parts_[n & ~kPart].high - parts_[n & ~kPart].low)[put.axis];
+      draw_layers(put.solid, screen_, table_, options_.throttle, share, band);
     }
   }
 
@@ -190,8 +238,8 @@ class Sheets {
 
     void take_part() {
       const Screen& screen = of_->screen_;
-      if (parts_.empty()) parts_.push_back({of_->solid(of_->cells_[next_++]), kMostHalvings});
-      const Part part{oriented(parts_.back().solid, screen), parts_.back().halvings};
+      if (parts_.empty()) parts_.push_back({of_->solid_at(of_->order_[next_++]), kMostHalvings});
+      const Part part{oriented(parts_.back().solid, screen).solid, parts_.back().halvings};
       parts_.pop_back();
       const int axis = part.halvings > 0 ? axis_to_halve(part.solid, screen, of_->options_.throttle) : -1;
       if (axis < 0) {
@@ -201,7 +249,7 @@ class Sheets {
       const std::array<Solid, 2> two = halves(part.solid, static_cast<std::size_t>(axis));
       Eigen::Matrix<double, 4, 3> d;
       const Vec3 centre = part.solid.centre(d).head<3>();
-      const std::size_t front = runs_away(centre, d, axis, screen) >= 0 ? 0 : 1;
+      const std::size_t front = screen.runs_away(centre, d, axis) >= 0 ? 0 : 1;
       parts_.push_back({two[1 - front], part.halvings - 1});
       parts_.push_back({two[front], part.halvings - 1});
     }
@@ -210,7 +258,7 @@ class Sheets {
   /// By physical thickness: vertices by runs of cells, then triangles by bands, some runs at a time.
   void scan(std::vector<Band>& bands, SheetCounts& counts) const {
     constexpr std::size_t kRuns = 64, kMostCells = 64, kVertices = 1 << 14;
-    const std::size_t cells = cells_.size(), length = std::clamp<std::size_t>(cells / kRuns, 1, kMostCells);
+    const std::size_t cells = order_.size(), length = std::clamp<std::size_t>(cells / kRuns, 1, kMostCells);
     std::vector<Run> runs;
     for (std::size_t n = 0; n < cells; n += length) runs.emplace_back(*this, n, std::min(n + length, cells));
     std::vector<const SheetMeshes*> drawn;

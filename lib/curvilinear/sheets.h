@@ -34,12 +34,14 @@ struct SheetOptions {
 [[nodiscard]] double global_layers(const Grid& grid, double gamma);
 
 struct SheetCounts {
-  std::int64_t cells = 0;      ///< that are not missing and meet the picture
-  std::int64_t circles = 0;    ///< cut where the order by faces has none
-  std::int64_t sheets = 0;     ///< drawn; layers: once for each band of 32 rows that a cell meets
-  std::int64_t points = 0;     ///< by forward differences; layers: likewise
-  std::int64_t samples = 0;    ///< composited into a pixel
-  std::int64_t redundant = 0;  ///< points that fall on a pixel their sheet has already
+  std::int64_t cells = 0;       ///< that are not missing and meet the picture
+  std::int64_t circles = 0;     ///< of cells that hide one another in turn
+  std::int64_t split = 0;       ///< cells in them that were split
+  std::int64_t unresolved = 0;  ///< circles of their parts that are left
+  std::int64_t sheets = 0;      ///< drawn; layers: once for each band of 32 rows that a cell meets
+  std::int64_t points = 0;      ///< by forward differences; layers: likewise
+  std::int64_t samples = 0;     ///< composited into a pixel
+  std::int64_t redundant = 0;   ///< points that fall on a pixel their sheet has already
   std::int64_t holes = 0;  ///< pixels without a sample between two, on either side or above and below, with
 };
 
@@ -57,10 +59,12 @@ struct SheetResult {
 /// physical: the paper's third remedy. The surfaces between sheets, and the cell's sides, are scan-converted
 /// as triangles; what a pixel's ray travels from one to the next is the length l. Points are as many as a
 /// bound on second differences asks for: chords miss the cell by a tenth of `throttle` pixels at most, values
-/// by `throttle` / 500 of their range, or of the transfer function's where that is less. Cells whose sheets turn away from the eye are halved before. So a
-/// homogeneous medium comes out right at silhouettes too (tests/curvilinear/test_homogeneous.cpp). Not
-/// promised: the order of sheets where a ray passes through a cell back and forth, nor that of cells in a
-/// circle.
+/// by `throttle` / 500 of their range, or of the transfer function's where that is less. Cells whose sheets
+/// turn away from the eye are halved before. So a homogeneous medium comes out right at silhouettes too
+/// (tests/curvilinear/test_homogeneous.cpp). Not promised: the order of sheets where a ray passes through a
+/// cell back and forth, nor of parts in the circles that are left, nor of cells of one block that have no
+/// face in common: they come by depth. Of several blocks, cells come in the order of the pixels' rays
+/// (gaps.h).
 ///
 /// \param values    of the points of every block
 /// \param reference_length  world length that opacities are for (physical)

@@ -198,7 +198,7 @@ TEST(SheetMaker, InSeveralGoesTheSamePicture) {
   const Screen screen(camera_for(grid, 20, 40, 90, 80));
   const Block seen = screen.view(grid.blocks[0]);
   const Solid solid =
-      oriented(Solids(seen, grid.blocks[0].arrays[0].values, CellKind::tricubic, 1)({1, 0, 0}), screen);
+      oriented(Solids(seen, grid.blocks[0].arrays[0].values, CellKind::tricubic, 1)({1, 0, 0}), screen).solid;
   const TransferTable table(constant(0.5), 1);
   const auto drawn = [&](std::size_t budget, std::size_t& goes) {
     SheetMaker maker(solid, screen, {1, 0.01, 0.1});
@@ -251,32 +251,6 @@ TEST(LargestDifferences, AreThoseOfTheControlPoints) {
     EXPECT_LT((found.second[a].cast<double>().matrix() - second[a]).cwiseAbs().maxCoeff(), kFloat);
   }
   EXPECT_LT((found.mixed.cast<double>().matrix() - mixed).cwiseAbs().maxCoeff(), kFloat);
-}
-
-// A long cell whose far end is nearer to the eye than anything of the one in front of it: Bethel's figure 5.
-TEST(CellOrder, FacesSayWhatDepthCannot) {
-  std::vector<VisibleCell> cells(2);
-  cells[0] = {1.0, 0, 0, 0, 1, {0, 0, 0}};  // behind
-  cells[1] = {2.0, 0, 1, 0, 1, {0, 0, 0}};
-  cells[0].before_next[0] = -1;  // light meets cell 1 first
-  auto by_depth = cells;
-  EXPECT_EQ(put_in_order(by_depth, {{2, 1, 1}}, CellOrder::depth), 0);
-  EXPECT_EQ(by_depth[0].number, 0);
-  EXPECT_EQ(put_in_order(cells, {{2, 1, 1}}, CellOrder::faces), 0);
-  EXPECT_EQ(cells[0].number, 1);
-}
-
-TEST(CellOrder, CirclesAreCutAndEveryCellIsDrawnOnce) {
-  // Four cells in a square, each before the next one round.
-  std::vector<VisibleCell> cells;
-  for (std::int64_t n = 0; n < 4; ++n) cells.push_back({1.0 + static_cast<double>(n), 0, n, 0, 1, {0, 0, 0}});
-  cells[0].before_next = {1, -1, 0};  // 0 before 1, 2 before 0
-  cells[1].before_next = {0, 1, 0};   // 1 before 3
-  cells[2].before_next = {-1, 0, 0};  // 3 before 2
-  EXPECT_EQ(put_in_order(cells, {{2, 2, 1}}, CellOrder::faces), 1);
-  std::vector<std::int64_t> numbers;
-  for (const auto& cell : cells) numbers.push_back(cell.number);
-  EXPECT_EQ(numbers, (std::vector<std::int64_t>{0, 1, 3, 2}));
 }
 
 TEST(Halves, AreTheSolidAndShareTheirFace) {
