@@ -155,8 +155,9 @@ void Circles::order(std::vector<Part> parts, std::vector<const GapCrossing*> gap
       smaller.push_back(part_of(part.of.cell, two[0], part.of.low, middle_high));
       smaller.push_back(part_of(part.of.cell, two[1], middle_low, part.of.high));
     }
-    if (halved && splits > 0 && count < kMostParts) {
-      order(std::move(smaller), gaps, splits - 1, out, counts);
+    const bool fewer = 2 * count <= parts.size();
+    if (halved && (fewer || splits > 0) && count < kMostParts) {
+      order(std::move(smaller), gaps, fewer ? kMostSplits : splits - 1, out, counts);
     } else {
       ++counts.unresolved;
       for (std::size_t k = circle->begin; k < circle->end; ++k) out.push_back(parts[found.order[k]].of);

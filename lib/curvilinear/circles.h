@@ -21,9 +21,10 @@ struct CircleCounts {
 /// Splits the cells of circles until their parts have an order: the remedy that Bethel 1993 (figure 5) leaves
 /// open. All parts in a circle are halved along their longest axis by de Casteljau, what is in front of what
 /// is asked again between the parts, where their faces meet and where rays pass from one to another, and so
-/// on in the circles that are left. At an edge that sight goes along, a twisted grid has circles at every
-/// scale: parts of less than kLeastPartPixels, what is left after kMostSplits halvings, and circles of
-/// kMostParts and more are left in the order that front_to_back() gives.
+/// on in the circles that are left. Where sight goes along the axis of a twist there are circles at every
+/// scale, whose parts hide ever less of one another: where kMostSplits halvings, one along each axis as a
+/// rule, leave more than half of the parts in their circle, and where parts are below kLeastPartPixels or
+/// kMostParts, they keep the order that front_to_back() gives.
 class Circles {
  public:
   /// \param cells  in the order that places refer to; refers to all of these
@@ -53,7 +54,7 @@ class Circles {
   const std::vector<GapCrossing>& gaps_;
 };
 inline constexpr double kLeastPartPixels = 2;
-inline constexpr int kMostSplits = 9;
+inline constexpr int kMostSplits = 3;
 inline constexpr std::size_t kMostParts = 4096;
 
 }  // namespace vol::curvilinear
