@@ -20,6 +20,7 @@ struct VisibleCell {
   std::array<std::int8_t, 3> before_next{0, 0, 0};
   std::array<std::int8_t, 3> before_previous{0, 0, 0};  ///< asked for where that one is a larger group
   std::uint8_t level = 0;
+  bool is_large = false;  ///< reaches far beyond the picture: drawn in parts, those outside left out
 };
 
 /// depth: by the smallest depth, as Bethel 1993 has it, which fails where large cells meet small ones. faces:

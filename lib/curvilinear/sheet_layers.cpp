@@ -57,14 +57,15 @@ class Layers {
                                 a1 = (row.d[1] - row.d[2] / 2 + row.d[3] / 3) * n;
     const Point4 b[4] = {at(row.d[0]), at(row.d[0] + a1 / 3), at(row.d[0] + (2 * a1 + a2) / 3),
                          at(row.d[0] + a1 + a2 + a3)};
-    double low = std::numeric_limits<double>::infinity(), high = -low;
+    Eigen::Vector2d low = screen_.project(b[0].head<3>()), high = low;
     for (const Point4& p : b) {
-      const double y = screen_.project(p.head<3>()).y();
-      low = std::min(low, y);
-      high = std::max(high, y);
+      const Eigen::Vector2d image = screen_.project(p.head<3>());
+      low = low.cwiseMin(image);
+      high = high.cwiseMax(image);
     }
     constexpr double kRounding = 0.01;  // pixels; of float coordinates over a cell that fills the picture
-    return high >= band_.top - kRounding && low <= band_.bottom + kRounding;
+    return high.y() >= band_.top - kRounding && low.y() <= band_.bottom + kRounding &&
+           high.x() >= -kRounding && low.x() <= band_.width + kRounding;
   }
   void draw_row(Differences<T>& row) {
     for (int u = 0; u < lattice_.counts[0]; ++u, row.advance()) {

@@ -35,6 +35,9 @@ struct SheetFineness {
   double throttle;         ///< pixels from sheet to sheet
   double value_tolerance;  ///< by which values between points may miss the solid's, as the table has them
   double depth_scale;      ///< reference lengths of a unit of view coordinates
+  /// Sheets for a change of the value by 1: a solid that is deeper by far than the picture has no more than
+  /// its shape and its values ask for.
+  double sheets_a_value = std::numeric_limits<double>::infinity();
 };
 
 /// Makes the surfaces between the sheets of a solid (oriented) one after another, w = i / n, by their points.

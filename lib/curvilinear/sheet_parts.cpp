@@ -103,6 +103,17 @@ Extents extents(const Solid& seen, const Screen& screen) {
   return extents(seen, LargestDifferences(seen, seen.b[0]), screen);
 }
 
+ImageBox::ImageBox(const Solid& seen, const Screen& screen)
+    : left(std::numeric_limits<double>::infinity()), right(-left), top(left), bottom(-left) {
+  for (const Point4& b : seen.b) {
+    const Eigen::Vector2d image = screen.project(b.head<3>());
+    left = std::min(left, image.x());
+    right = std::max(right, image.x());
+    top = std::min(top, image.y());
+    bottom = std::max(bottom, image.y());
+  }
+}
+
 int step_count(double extent, double throttle) {
   return static_cast<int>(std::clamp(std::ceil(extent / throttle), 1.0, static_cast<double>(kMostSteps)));
 }

@@ -124,6 +124,12 @@ struct LargestDifferences {
 /// The same; what they give is only more in perspective.
 [[nodiscard]] Extents extents(const Solid& seen, const LargestDifferences& differences, const Screen& screen);
 
+/// Pixels that control points span.
+struct ImageBox {
+  double left, right, top, bottom;
+  ImageBox(const Solid& seen, const Screen& screen);
+};
+
 /// Points by which steps of `throttle` do not exceed an extent; 1 to kMostSteps.
 [[nodiscard]] int step_count(double extent, double throttle);
 

@@ -144,7 +144,6 @@ class Sheets {
     const Dims place = first_cell(cell, block_cells_);
     if (blocks_[b].is_missing(place)) return cell;
     const Solid seen = solids_[b](place);
-    double top = std::numeric_limits<double>::infinity(), bottom = -top, left = top, right = -top;
     for (std::size_t n = 0; n < 64; ++n) {
       const Vec3 p = seen.b[n].head<3>();
       if (!screen_.in_front(p)) {
@@ -152,14 +151,10 @@ class Sheets {
             "the eye of the perspective view is within the grid or has cells behind it; take a greater "
             "distance");
       }
-      const Eigen::Vector2d image = screen_.project(p);
-      top = std::min(top, image.y());
-      bottom = std::max(bottom, image.y());
-      left = std::min(left, image.x());
-      right = std::max(right, image.x());
       if (n % 4 % 3 == 0 && n / 4 % 4 % 3 == 0 && n / 16 % 3 == 0) cell.depth = std::min(cell.depth, p.z());
     }
-    if (!(right >= 0 && left <= camera_.image_width())) return cell;
+    const ImageBox box(seen, screen_);
+    if (!(box.right >= 0 && box.left <= camera_.image_width())) return cell;
     for (int a = 0; a < 3 && options_.order == CellOrder::faces; ++a) {
       Eigen::Matrix<double, 4, 3> d;
       const Vec3 middle = seen.face_centre(a, d).head<3>();
@@ -167,9 +162,31 @@ class Sheets {
           static_cast<std::int8_t>(screen_.runs_away(middle, d, a));
     }
     const double height = camera_.image_height();
-    cell.top = static_cast<int>(std::floor(std::clamp(top, 0.0, height)));
-    cell.bottom = static_cast<int>(std::min(std::floor(std::clamp(bottom, -1.0, height)) + 1, height));
+    cell.top = static_cast<int>(std::floor(std::clamp(box.top, 0.0, height)));
+    cell.bottom = static_cast<int>(std::min(std::floor(std::clamp(box.bottom, -1.0, height)) + 1, height));
+    cell.is_large = is_large(box);
+    if (cell.top < cell.bottom) require_in_reach(std::max(box.right - box.left, box.bottom - box.top));
     return cell;
+  }
+  void require_in_reach(double extent) const {
+    const auto pixels = [&] { return std::to_string(static_cast<std::int64_t>(std::min(extent, 1e15))); };
+    if (options_.thickness == Thickness::physical && extent > kMostPixels) {
+      throw Error("a cell is " + pixels() + " pixels across, more than sheets are for (" +
+                  std::to_string(kMostPixels) + "); take a greater width, or rays");
+    }
+    if (options_.thickness == Thickness::layers && extent > kMostSteps * options_.throttle) {
+      throw Error("a cell is " + pixels() + " pixels across, more than the " + std::to_string(kMostSteps) +
+                  " steps that layers have; take a greater width or throttle, or physical thickness");
+    }
+  }
+  [[nodiscard]] bool is_large(const ImageBox& box) const {
+    constexpr double kPictures = 2;
+    return box.right - box.left > kPictures * camera_.image_width() ||
+           box.bottom - box.top > kPictures * camera_.image_height();
+  }
+  [[nodiscard]] bool is_outside(const ImageBox& box) const {
+    return !(box.right >= 0 && box.left <= camera_.image_width() && box.bottom >= 0 &&
+             box.top <= camera_.image_height());
   }
   [[nodiscard]] Solid solid(const VisibleCell& cell) const {
     return solids_[cell.block](first_cell(cell, block_cells_));
@@ -229,8 +246,10 @@ class Sheets {
     struct Part {
       Solid solid;
       int halvings;
+      bool is_large;
     };
     static constexpr int kMostHalvings = 6;
+    static constexpr double kSheetsAValue = 1024;
     const Sheets* of_;
     std::size_t next_, end_;
     std::vector<Part> parts_;  // of a cell, the nearest last
@@ -238,20 +257,35 @@ class Sheets {
 
     void take_part() {
       const Screen& screen = of_->screen_;
-      if (parts_.empty()) parts_.push_back({of_->solid_at(of_->order_[next_++]), kMostHalvings});
-      const Part part{oriented(parts_.back().solid, screen).solid, parts_.back().halvings};
+      if (parts_.empty()) {
+        const std::uint32_t next = of_->order_[next_++];
+        parts_.push_back({of_->solid_at(next), kMostHalvings, of_->cell_at(next).is_large});
+      }
+      Part part{oriented(parts_.back().solid, screen).solid, parts_.back().halvings, parts_.back().is_large};
       parts_.pop_back();
-      const int axis = part.halvings > 0 ? axis_to_halve(part.solid, screen, of_->options_.throttle) : -1;
+      int axis = -1;
+      if (part.is_large) {
+        const ImageBox box(part.solid, screen);
+        if (of_->is_outside(box)) return;
+        if (of_->is_large(box)) {
+          const Extents e = extents(part.solid, screen);
+          axis = static_cast<int>(std::max_element(e.across, e.across + 3) - e.across);
+          ++part.halvings;  // one that does not count
+        }
+      }
+      if (axis < 0 && part.halvings > 0) axis = axis_to_halve(part.solid, screen, of_->options_.throttle);
       if (axis < 0) {
-        maker_.emplace(part.solid, screen, of_->fineness_);
+        SheetFineness fineness = of_->fineness_;
+        if (part.is_large) fineness.sheets_a_value = kSheetsAValue;
+        maker_.emplace(part.solid, screen, fineness);
         return;
       }
       const std::array<Solid, 2> two = halves(part.solid, static_cast<std::size_t>(axis));
       Eigen::Matrix<double, 4, 3> d;
       const Vec3 centre = part.solid.centre(d).head<3>();
       const std::size_t front = screen.runs_away(centre, d, axis) >= 0 ? 0 : 1;
-      parts_.push_back({two[1 - front], part.halvings - 1});
-      parts_.push_back({two[front], part.halvings - 1});
+      parts_.push_back({two[1 - front], part.halvings - 1, part.is_large});
+      parts_.push_back({two[front], part.halvings - 1, part.is_large});
     }
   };
 

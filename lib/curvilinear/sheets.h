@@ -50,6 +50,10 @@ struct SheetResult {
   SheetCounts counts;
 };
 
+/// Pixels that a cell may be across by physical thickness: its parts along a ray are as many as pictures have
+/// room in it.
+inline constexpr int kMostPixels = 1 << 20;
+
 /// Draws a grid by sheets of constant parameter after Bethel 1993: cells front to back by their smallest
 /// depth; each along that of its axes whose sheets show the largest area, sheets front to back; their points
 /// by forward differences, step counts from the extent in the picture.
@@ -68,7 +72,11 @@ struct SheetResult {
 ///
 /// \param values    of the points of every block
 /// \param reference_length  world length that opacities are for (physical)
-/// \throws vol::Error where the eye of a perspective view is within or behind a solid
+/// Cells that reach far beyond the picture are halved until their parts lie outside or do so no more; sheets
+/// of such parts are no more than their shape and values ask for.
+///
+/// \throws vol::Error where the eye of a perspective view is within or behind a solid, and where a cell in
+/// the picture is larger than kMostPixels (physical) or kMostSteps throttles (layers)
 [[nodiscard]] SheetResult draw_sheets(const Grid& grid, const std::vector<std::vector<double>>& values,
                                       const camera::Camera& camera,
                                       const transfer::TransferFunction& transfer, double reference_length,
