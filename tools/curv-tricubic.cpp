@@ -10,7 +10,7 @@
 #include "cli/run.h"
 #include "curvilinear/cast_solids.h"
 #include "curvilinear/quality.h"
-#include "curvilinear/sheets.h"
+#include "curvilinear/sheets_within_error.h"
 #include "io/scene.h"
 #include "io/write_image.h"
 
@@ -24,7 +24,7 @@ struct Options {
   std::filesystem::path output, scene, transfer;
   std::string format, cells = "tricubic", opacity = "linear", thickness, order = "faces", method = "sheets";
   cli::CameraOptions camera;
-  double gamma = 1, tolerance = 1e-6;
+  double gamma = 1, tolerance = 1e-6, max_error = 0;
   std::optional<double> reference_length;
   SheetOptions sheets;
 };
@@ -34,7 +34,8 @@ void declare(CLI::App& app, Options& o) {
       ->required()
       ->group("Files");
   app.add_option("-o,--output", o.output,
-                 "Picture (.exr: R, G, B, A, samples, of rays also depth; .png); - is standard output")
+                 "Picture (.exr: R, G, B, A, samples, of rays also depth, with --max-error also error; "
+                 ".png); - is standard output")
       ->required()
       ->group("Files");
   app.add_option("--format", o.format, "exr or png [by extension; exr]")->group("Files");
@@ -111,8 +112,17 @@ void declare(CLI::App& app, Options& o) {
       ->check(cli::check_positive)
       ->capture_default_str()
       ->group("Accuracy against cost");
+  auto* max_error =
+      app.add_option(
+             "--max-error", o.max_error,
+             "Largest error of a picture by sheets of physical thickness, colour scale 0 to 1, against "
+             "rays: sets the throttle, draws small cells together, and pixels that sheets would miss "
+             "by rays; held against rays at random; status 2 if it is not kept")
+          ->check(cli::check_positive)
+          ->group("Accuracy against cost");
   for (const char* of_sheets : {"--throttle", "--order"})
-    app.get_option(of_sheets)->excludes(app.get_option("--tolerance"));
+    app.get_option(of_sheets)->excludes(app.get_option("--tolerance"))->excludes(max_error);
+  max_error->excludes(app.get_option("--tolerance"));
 }
 
 /// The paper's: hues from blue to red (linear RGB) and opacity from 0 to 1 over the range.
@@ -141,7 +151,10 @@ io::SceneFile resolve(Options& o, cli::Record& record) {
   cli::apply(o.camera, file.scene.view);
   if (o.opacity == "linear" && o.gamma != 1) throw Error("--gamma goes with --opacity nonlinear");
   const bool rays = o.method == "rays";
-  if (o.thickness.empty()) o.thickness = rays ? "physical" : "layers";
+  if (rays && o.max_error > 0) throw Error("--max-error goes with sheets; rays have --tolerance");
+  if (o.thickness.empty()) o.thickness = rays || o.max_error > 0 ? "physical" : "layers";
+  if (o.max_error > 0 && o.thickness == "layers")
+    throw Error("--max-error goes with --thickness physical: layers follow no length that rays could check");
   if (rays && o.thickness == "layers")
     throw Error("--thickness layers: rays know no layers, their thickness is physical");
   if (o.thickness == "layers" && o.reference_length)
@@ -152,6 +165,18 @@ io::SceneFile resolve(Options& o, cli::Record& record) {
   return file;
 }
 
+void count(const SheetCounts& counts, cli::Record& record) {
+  record.count("cells", counts.cells);
+  record.count("circles", counts.circles);
+  record.count("split", counts.split);
+  record.count("unresolved", counts.unresolved);
+  record.count("sheets", counts.sheets);
+  record.count("points", counts.points);
+  record.count("samples", counts.samples);
+  record.count("redundant", counts.redundant);
+  record.count("holes", counts.holes);
+}
+
 image::Image draw_by_sheets(const Grid& grid, const cli::GridVariable& variable, const render::Scene& scene,
                             const Options& o, cli::Record& record) {
   const auto size = cli::parse_image_size("--size", o.camera.size);
@@ -160,20 +185,38 @@ image::Image draw_by_sheets(const Grid& grid, const cli::GridVariable& variable,
   SheetResult result = record.repeated("render", [&] {
     return draw_sheets(grid, variable.values, camera, scene.transfer, scene.reference_length, o.sheets);
   });
-  record.count("cells", result.counts.cells);
-  record.count("circles", result.counts.circles);
-  record.count("split", result.counts.split);
-  record.count("unresolved", result.counts.unresolved);
-  record.count("sheets", result.counts.sheets);
-  record.count("points", result.counts.points);
-  record.count("samples", result.counts.samples);
-  record.count("redundant", result.counts.redundant);
-  record.count("holes", result.counts.holes);
+  count(result.counts, record);
   return std::move(result.image);
 }
 
-image::Image draw_by_rays(const Grid& grid, const cli::GridVariable& variable, render::Scene scene,
+image::Image draw_within(const Grid& grid, const cli::GridVariable& variable, const render::Scene& scene,
+                         const Options& o, cli::Record& record) {
+  const auto size = cli::parse_image_size("--size", o.camera.size);
+  const auto rays = record.timed(
+      "prepare", [&] { return SolidRays(grid, variable.values, o.sheets.cells, o.sheets.beta); });
+  render::Scene plain = scene;
+  plain.shading.reset();
+  WithinErrorResult result = record.repeated("render", [&] {
+    return draw_within_error(rays, variable.values, plain, size[0], size[1], o.sheets, o.max_error);
+  });
+  count(result.counts.sheets, record);
+  record.count("rays", result.counts.rays);
+  record.count("redrawn", result.counts.redrawn);
+  record.count("checked", result.counts.checked);
+  record.count("missed", result.counts.missed);
+  record.result("throttle", result.throttle);
+  record.error("pixel_maximum_estimate", result.error_estimate);
+  record.error("checked_maximum", result.largest_checked);
+  if (!(result.error_estimate <= o.max_error)) {
+    throw Error("--max-error: an error of about " + nlohmann::json(result.error_estimate).dump() +
+                " is the least that this scene can be drawn with");
+  }
+  return std::move(result.image);
+}
+
+image::Image draw_by_rays(const Grid& grid, const cli::GridVariable& variable, const render::Scene& given,
                           const Options& o, cli::Record& record) {
+  render::Scene scene = given;
   const auto size = cli::parse_image_size("--size", o.camera.size);
   render::RenderOptions options;
   options.width = size[0];
@@ -207,8 +250,8 @@ int work(Options& o, cli::Record& record) {
   record.resolved("scene", io::to_json(scene));
   record.resolved("thinned_by", o.sheets.thinned_by);
 
-  image::Image picture = o.method == "sheets" ? draw_by_sheets(grid, variable, scene, o, record)
-                                              : draw_by_rays(grid, variable, scene, o, record);
+  const auto draw = o.max_error > 0 ? draw_within : o.method == "sheets" ? draw_by_sheets : draw_by_rays;
+  image::Image picture = draw(grid, variable, scene, o, record);
   for (const auto& [key, value] : record.provenance()) picture.attributes[key] = value;
   const Vec3& b = scene.background;
   picture.attributes["precis.background"] = nlohmann::json{b[0], b[1], b[2]}.dump();

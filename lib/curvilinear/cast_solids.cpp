@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "base/parallel.h"
 #include "curvilinear/solid_path.h"
 #include "render/picture.h"
 #include "render/reference_integral.h"
@@ -109,6 +110,29 @@ render::RenderResult cast_solids(const SolidRays& rays, const render::Scene& sce
       [&](const camera::Ray& ray, RenderCounts& counts) { return caster(ray, counts); });
   result.caster = "reference";
   return result;
+}
+
+std::vector<render::Pixel> cast_pixels(const SolidRays& rays, const render::Scene& scene,
+                                       const render::RenderOptions& options,
+                                       std::span<const render::PixelPosition> pixels, RenderCounts& counts) {
+  render::require_valid(options);
+  const Caster caster(rays, scene, options);
+  const Box3 box = rays.grid().bounds();
+  const camera::Camera camera(scene.view, box.centre(), box.size().maxCoeff(), options.width, options.height);
+  std::vector<Pixel> found(pixels.size());
+  constexpr std::int64_t kGrain = 64;
+  counts += parallel_reduce<RenderCounts>(
+      0, static_cast<std::int64_t>(pixels.size()), kGrain,
+      [&](std::int64_t begin, std::int64_t end) {
+        RenderCounts part;
+        for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
+          found[n] = caster(camera.ray(pixels[n].x + 0.5, pixels[n].y + 0.5), part);
+          ++part.rays;
+        }
+        return part;
+      },
+      [](RenderCounts& sum, const RenderCounts& part) { sum += part; });
+  return found;
 }
 
 }  // namespace vol::curvilinear

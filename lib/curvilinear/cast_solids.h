@@ -1,6 +1,9 @@
 #pragma once
+#include <span>
+#include <vector>
+
 #include "curvilinear/ray_solids.h"
-#include "render/raycast.h"
+#include "render/picture.h"
 
 namespace vol::curvilinear {
 
@@ -18,5 +21,12 @@ namespace vol::curvilinear {
 /// \throws vol::Error on options out of range, and for composite on a scene without reference_length
 [[nodiscard]] render::RenderResult cast_solids(const SolidRays& rays, const render::Scene& scene,
                                                const render::RenderOptions& options);
+
+/// The same for some pixels of that picture, in their order. \param counts  rays, samples and gradients are
+/// added
+[[nodiscard]] std::vector<render::Pixel> cast_pixels(const SolidRays& rays, const render::Scene& scene,
+                                                     const render::RenderOptions& options,
+                                                     std::span<const render::PixelPosition> pixels,
+                                                     render::RenderCounts& counts);
 
 }  // namespace vol::curvilinear

@@ -6,12 +6,18 @@
 
 namespace vol::curvilinear {
 
-TransferTable::TransferTable(const transfer::TransferFunction& transfer, double thinned_by) {
+TransferTable::TransferTable(const transfer::TransferFunction& transfer, double thinned_by, double off) {
   const double low = transfer.breakpoints().front(), high = transfer.breakpoints().back();
+  const double by = high > low ? off * (high - low) : 0;
+  const auto opacity = [&](double value) {
+    return by > 0   ? transfer.max_opacity(value - by, value + by)
+           : by < 0 ? transfer.min_opacity(value + by, value - by)
+                    : transfer.opacity(value);
+  };
   const auto add = [&](double value) {
-    const Vec3 c = transfer.colour(value);
+    const Vec3 c = transfer.colour(value + by);
     entries_.push_back({static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2]),
-                        static_cast<float>(-std::log1p(-transfer.opacity(value)) / thinned_by)});
+                        static_cast<float>(-std::log1p(-opacity(value)) / thinned_by)});
   };
   origin_ = low;
   entries_.reserve(kEntries + 3);

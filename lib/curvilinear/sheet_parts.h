@@ -30,7 +30,9 @@ class TransferTable {
   struct Entry {
     float r, g, b, depth;
   };
-  TransferTable(const transfer::TransferFunction& transfer, double thinned_by);
+  /// \param off  values may be off by so much (a share): the largest optical depth there (or the smallest,
+  /// `off` being negative), with the colour at the stretch's higher (lower) end
+  TransferTable(const transfer::TransferFunction& transfer, double thinned_by, double off = 0);
   /// 0 at the first break, 1 at the last; of a single break the distance from it. Held within +-1e30, so that
   /// float holds what lies between two of them.
   [[nodiscard]] double share(double value) const {

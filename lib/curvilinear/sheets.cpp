@@ -9,6 +9,7 @@
 #include "base/parallel.h"
 #include "curvilinear/circles.h"
 #include "curvilinear/halves.h"
+#include "curvilinear/merged_cells.h"
 #include "curvilinear/sheet_mesh.h"
 
 namespace vol::curvilinear {
@@ -35,28 +36,45 @@ class Sheets {
     constexpr double kValueShare = 2e-3;
     fineness_ = {options.throttle, kValueShare * options.throttle * std::min(high - low, table_.range()),
                  screen_.world_length() / reference_length};
+    tables_.push_back(&table_);
+    if (options.bounds) {
+      // As much again where cells are merged.
+      const double off = (options.merge ? 2 : 1) * fineness_.value_tolerance;
+      least_.emplace(transfer, options.thinned_by, -off);
+      most_.emplace(transfer, options.thinned_by, off);
+      tables_.insert(tables_.end(), {&*least_, &*most_});
+    }
+    if (options.merge) merge();
     for (const Block& block : blocks_) block_cells_.push_back(block.cells());
     for (std::size_t b = 0; b < solids_.size(); ++b) list(static_cast<std::uint32_t>(b));
     put_in_order();
   }
 
   [[nodiscard]] SheetResult draw() const {
-    SheetResult result{
-        image::Image(camera_.image_width(), camera_.image_height(), {"R", "G", "B", "A", "samples"}), {}};
+    std::vector<std::string> channels{"R", "G", "B", "A", "samples"};
+    if (options_.bounds) channels.emplace_back("error");
+    SheetResult result{image::Image(camera_.image_width(), camera_.image_height(), channels), {}};
     // A pixel's samples come in the order of the cells, whatever the bands and the threads.
     constexpr int kRows = 32;
     const int height = camera_.image_height();
-    std::vector<Band> bands(static_cast<std::size_t>((height + kRows - 1) / kRows));
-    each(bands, [&](Band& band) {
-      const int top = kRows * static_cast<int>(&band - bands.data());
-      band = Band(camera_.image_width(), top, std::min(top + kRows, height));
-    });
+    std::vector<std::vector<Band>> pictures(tables_.size());
+    for (std::vector<Band>& bands : pictures) {
+      bands.resize(static_cast<std::size_t>((height + kRows - 1) / kRows));
+      each(bands, [&](Band& band) {
+        const int top = kRows * static_cast<int>(&band - bands.data());
+        band = Band(camera_.image_width(), top, std::min(top + kRows, height));
+      });
+    }
+    std::vector<Band>& bands = pictures.front();
     if (options_.thickness == Thickness::layers) {
       each(bands, [&](Band& band) { draw_cells(band); });
     } else {
-      scan(bands, result.counts);
+      scan(pictures, result.counts);
     }
     each(bands, [&](Band& band) { store(band, result.image); });
+    for (std::size_t other = 1; other < pictures.size(); ++other) {
+      each(pictures[other], [&](Band& band) { store_difference(band, result.image); });
+    }
     for (const Band& band : bands) {
       result.counts.sheets += band.counts.sheets;
       result.counts.points += band.counts.points;
@@ -76,10 +94,13 @@ class Sheets {
   const SheetOptions& options_;
   Screen screen_;
   TransferTable table_;
+  std::optional<TransferTable> least_, most_;
+  std::vector<const TransferTable*> tables_;
   SheetFineness fineness_{};
   std::vector<Block> blocks_;                // in view coordinates
   std::vector<std::vector<double>> shares_;  // the values, as the table looks them up
   std::vector<Solids> solids_;
+  std::vector<MergedCells> merged_;  // of each block, or none at all
   std::vector<Dims> block_cells_;
   std::vector<VisibleCell> cells_;    // nearest first
   std::vector<CellPart> parts_;       // of cells in circles
@@ -98,7 +119,7 @@ class Sheets {
     std::vector<Before> before = before_by_faces(cells_, block_cells_);
     const auto solid_of = [this](const VisibleCell& cell) { return solid(cell); };
     std::vector<GapCrossing> gaps;
-    if (blocks_.size() > 1) {
+    if (blocks_.size() > 1 || options_.along_rays) {
       gaps = gap_crossings(cells_, block_cells_, solid_of, screen_, camera_.image_width(),
                            camera_.image_height());
       for (std::size_t n = 0; n < gaps.size(); ++n) {
@@ -127,6 +148,17 @@ class Sheets {
     }
   }
 
+  /// Position and value by as much as points may miss a solid.
+  void merge() {
+    constexpr double kPositionShare = 0.1;
+    for (std::size_t b = 0; b < blocks_.size(); ++b) {
+      merged_.emplace_back(blocks_[b], shares_[b], options_.cells, options_.beta, [this](const Vec3& at) {
+        return MergeTolerance{kPositionShare * options_.throttle / screen_.pixels(at),
+                              fineness_.value_tolerance};
+      });
+    }
+  }
+
   /// The cells of a block that meet the picture.
   void list(std::uint32_t b) {
     const Block& block = blocks_[b];
@@ -143,7 +175,13 @@ class Sheets {
     VisibleCell cell{std::numeric_limits<double>::infinity(), b, number};
     const Dims place = first_cell(cell, block_cells_);
     if (blocks_[b].is_missing(place)) return cell;
-    const Solid seen = solids_[b](place);
+    if (!merged_.empty()) {
+      const int level = merged_[b].level(place);
+      const std::int64_t mask = (std::int64_t{1} << level) - 1;
+      if (((place[0] | place[1] | place[2]) & mask) != 0) return cell;  // its group's first stands for it
+      cell.level = static_cast<std::uint8_t>(level);
+    }
+    const Solid seen = solid(cell);
     for (std::size_t n = 0; n < 64; ++n) {
       const Vec3 p = seen.b[n].head<3>();
       if (!screen_.in_front(p)) {
@@ -160,6 +198,12 @@ class Sheets {
       const Vec3 middle = seen.face_centre(a, d).head<3>();
       cell.before_next[static_cast<std::size_t>(a)] =
           static_cast<std::int8_t>(screen_.runs_away(middle, d, a));
+      if (merged_.empty()) continue;
+      Vec3 previous(0.5, 0.5, 0.5);
+      previous[a] = 0;
+      const Vec3 there = seen(previous, d).head<3>();
+      cell.before_previous[static_cast<std::size_t>(a)] =
+          static_cast<std::int8_t>(-screen_.runs_away(there, d, a));
     }
     const double height = camera_.image_height();
     cell.top = static_cast<int>(std::floor(std::clamp(box.top, 0.0, height)));
@@ -189,7 +233,8 @@ class Sheets {
              box.top <= camera_.image_height());
   }
   [[nodiscard]] Solid solid(const VisibleCell& cell) const {
-    return solids_[cell.block](first_cell(cell, block_cells_));
+    const Dims first = first_cell(cell, block_cells_);
+    return cell.level == 0 ? solids_[cell.block](first) : merged_[cell.block].solid(cell.level, first);
   }
   /// Of a place in the order.
   [[nodiscard]] const VisibleCell& cell_at(std::uint32_t ordered) const {
@@ -290,7 +335,7 @@ class Sheets {
   };
 
   /// By physical thickness: vertices by runs of cells, then triangles by bands, some runs at a time.
-  void scan(std::vector<Band>& bands, SheetCounts& counts) const {
+  void scan(std::vector<std::vector<Band>>& pictures, SheetCounts& counts) const {
     constexpr std::size_t kRuns = 64, kMostCells = 64, kVertices = 1 << 14;
     const std::size_t cells = order_.size(), length = std::clamp<std::size_t>(cells / kRuns, 1, kMostCells);
     std::vector<Run> runs;
@@ -309,7 +354,8 @@ class Sheets {
       while (whole < last && runs[whole].done()) ++whole;
       drawn.clear();
       for (std::size_t n = first; n < std::min(whole + 1, last); ++n) drawn.push_back(&runs[n].meshes);
-      each(bands, [&](Band& band) { scan_sheets(drawn, table_, band); });
+      for (std::size_t n = 0; n < pictures.size(); ++n)
+        each(pictures[n], [&](Band& band) { scan_sheets(drawn, *tables_[n], band); });
       for (; first < whole; ++first) {
         counts.sheets += runs[first].counts.sheets;
         counts.points += runs[first].counts.points;
@@ -326,6 +372,17 @@ class Sheets {
         const float channels[5] = {pixel.r, pixel.g, pixel.b, 1 - pixel.transmittance,
                                    static_cast<float>(band.samples[n])};
         for (int c = 0; c < 5; ++c) image.at(x, y, c) = channels[c];
+      }
+    }
+  }
+  /// What another picture is off by, at most over the channels, where that is more than before.
+  static void store_difference(const Band& band, image::Image& image) {
+    for (int y = band.top; y < band.bottom; ++y) {
+      for (int x = 0; x < band.width; ++x) {
+        const Band::Pixel& pixel = band.pixels[band.at(x, y)];
+        const float channels[4] = {pixel.r, pixel.g, pixel.b, 1 - pixel.transmittance};
+        for (int c = 0; c < 4; ++c)
+          image.at(x, y, 5) = std::max(image.at(x, y, 5), std::abs(channels[c] - image.at(x, y, c)));
       }
     }
   }
@@ -364,6 +421,8 @@ SheetResult draw_sheets(const Grid& grid, const std::vector<std::vector<double>>
                         double reference_length, const SheetOptions& options) {
   if (!(options.throttle > 0 && std::isfinite(options.throttle)))
     throw Error("the throttle must be positive and finite");
+  if (options.thickness == Thickness::layers && (options.merge || options.bounds))
+    throw Error("cells are merged and errors bounded by physical thickness alone");
   return Sheets(grid, values, camera, transfer, reference_length, options).draw();
 }
 

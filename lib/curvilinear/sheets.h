@@ -24,6 +24,9 @@ struct SheetOptions {
   CellOrder order = CellOrder::faces;
   /// Pixels from point to point (layers) and from sheet to sheet; physical: tolerances between points, too.
   double throttle = 1;
+  bool merge = false;       ///< draw groups of cells as one where they differ by no more than tolerances
+  bool along_rays = false;  ///< order the cells of one block, too, along each pixel's ray (gaps.h)
+  bool bounds = false;    ///< a channel `error`: by how much pixels change where values are off by tolerances
   double thinned_by = 1;  ///< optical depths are divided by it: global_layers(), or 1
 };
 
@@ -46,7 +49,7 @@ struct SheetCounts {
 };
 
 struct SheetResult {
-  image::Image image;  ///< R, G, B, A, samples
+  image::Image image;  ///< R, G, B, A, samples; error
   SheetCounts counts;
 };
 
