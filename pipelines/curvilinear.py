@@ -4,6 +4,7 @@ interleaved at the first."""
 
 import json
 import pathlib
+import re
 import shlex
 import subprocess
 
@@ -52,11 +53,13 @@ class Drawer:
 
 def rays(options, asked):
     """The same picture by rays, which have no order."""
-    return f"{options.replace('--order depth', '').strip()} --method rays --tolerance {asked['tolerance']}"
+    kept = re.sub(r"--order depth|--max-error \S+", "", options).strip()
+    return f"{kept} --method rays --tolerance {asked['tolerance']}"
 
 
 def spelled(setting):
-    return f"{setting.get('options', '')} --throttle {setting.get('throttle', 1)}"
+    options = setting.get("options", "")
+    return options if "--max-error" in options else f"{options} --throttle {setting.get('throttle', 1)}"
 
 
 def words_of(grid, binaries, folder):

@@ -49,7 +49,7 @@ def tricubic_over_trilinear(grids, asked):
 
 def sheets_and_rays(grids, asked):
     text = ("\n## Sheets of physical thickness and rays\n\nRMSE and largest difference of linear colours from the same picture by rays, tolerance"
-            f" {asked['tolerance']}, which has no holes;\n*rays / sheets*: times. Differences near 1 are single pixels where the tricubic value leaves the range of the grid's points: there the\ndefault transfer function is opaque, and a sheet knows values only at its two ends.\n")
+            f" {asked['tolerance']}, which has no holes;\n*rays / sheets*: times. Large differences are single pixels where the tricubic value leaves the range of the grid's points: there the\ndefault transfer function is opaque, and what is opaque between two surfaces is not seen. *within*: --max-error, which draws such pixels by rays.\n")
     rows = []
     names = [name for name, setting in asked["settings"].items() if "physical" in setting.get("options", "")]
     for grid in grids:
@@ -168,7 +168,7 @@ def main():
             text += write(load(parts[name]))
     text += ("\n## All settings\n\n*rmse*, *max*: of physical thickness against rays, else against the same options at a throttle of"
              f" {asked['finest']}. *holes*: pixels without a sample between\ntwo with; *redundant*: points that fall on a pixel their sheet has"
-             " already; *circles*: cut where the order by faces has none.\n")
+             " already; *circles*: of cells that hide one another in turn.\n")
     header = [*rows[0], "ms"]
     seconds = {(grid["grid"], name): statistics.median(s) for grid in grids for name, s in grid["seconds"].items()}
     text += lines(header, [[*row.values(), f"{1e3 * seconds[row['grid'], row['setting']]:.1f}"

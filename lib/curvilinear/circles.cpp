@@ -130,6 +130,9 @@ void Circles::order(std::vector<Part> parts, std::vector<const GapCrossing*> gap
   });
 
   const FrontToBack found = front_to_back(static_cast<std::uint32_t>(parts.size()), before);
+  std::size_t in_circles = 0;
+  for (const auto& [begin, end] : found.circles) in_circles += end - begin;
+  const bool fewer = 2 * in_circles <= parts.size();
   auto circle = found.circles.begin();
   for (std::size_t n = 0; n < found.order.size();) {
     if (circle == found.circles.end() || n < circle->begin) {
@@ -155,7 +158,6 @@ void Circles::order(std::vector<Part> parts, std::vector<const GapCrossing*> gap
       smaller.push_back(part_of(part.of.cell, two[0], part.of.low, middle_high));
       smaller.push_back(part_of(part.of.cell, two[1], middle_low, part.of.high));
     }
-    const bool fewer = 2 * count <= parts.size();
     if (halved && (fewer || splits > 0) && count < kMostParts) {
       order(std::move(smaller), gaps, fewer ? kMostSplits : splits - 1, out, counts);
     } else {

@@ -47,10 +47,10 @@ Lattice surfaces(const Solid& solid, const Point4& centre, const Screen& screen,
     lattice.steps[a] =
         step_count(std::min(std::max(pieces[a], e.across[a] / screen.linear_pixels()), extent), 1);
   }
-  const double sheets =
-      std::max(1.0, 3 * static_cast<double>(differences.first[2][3]) * fineness.sheets_a_value);
-  lattice.steps[2] =
-      std::max(lattice.steps[2], step_count(std::min(e.length[2] / fineness.throttle, sheets), 1));
+  double sheets = e.length[2] / fineness.throttle;
+  if (fineness.sheets_a_value < std::numeric_limits<double>::infinity())
+    sheets = std::min(sheets, 3 * static_cast<double>(differences.first[2][3]) * fineness.sheets_a_value);
+  lattice.steps[2] = std::max(lattice.steps[2], step_count(sheets, 1));
   for (std::size_t a = 0; a < 3; ++a) lattice.counts[a] = lattice.steps[a] + 1;
   return lattice;
 }

@@ -16,6 +16,7 @@ constexpr double kRayShare = 0.25;        ///< of max_error, for rays
 constexpr float kFloat = 6e-8F;           ///< rounding of a pixel's channels
 constexpr double kLeastForSheets = 2e-5;  ///< below it, sheets' float arithmetic would be seen
 constexpr double kLeastThrottle = 0.25, kMostThrottle = 16, kThrottleAnError = 1000;
+constexpr float kSafety = 2;  ///< on what a picture of twice the throttle differs by
 constexpr double kMostRedrawn = 0.125;
 constexpr int kMostChecks = 4;
 
@@ -37,7 +38,6 @@ class WithinError {
     ray_options_.height = height;
     ray_options_.tolerance = kRayShare * max_error;
     options_.thickness = Thickness::physical;
-    options_.order = CellOrder::faces;
     options_.merge = options_.along_rays = true;
   }
 
@@ -95,33 +95,38 @@ class WithinError {
   }
 
   void draw_by_sheets() {
-    if (max_error_ < kLeastForSheets) {
-      result_.image = image::Image(camera_.image_width(), camera_.image_height(),
-                                   {"R", "G", "B", "A", "samples", "error"});
-      for (const auto& [x, y] : all()) result_.image.at(x, y, kError) = kUnknown;
-      return;
-    }
+    if (max_error_ < kLeastForSheets) return draw_nothing();
     double throttle = std::clamp(kThrottleAnError * max_error_, kLeastThrottle, kMostThrottle);
-    image::Image coarse = sheets(2 * throttle, false).image;
     for (;; throttle /= 2) {
-      SheetResult fine = sheets(throttle, true);
-      estimate(fine.image, coarse);
-      coarse = fine.image;
+      const SheetResult coarse = sheets(2 * throttle, CellOrder::depth, false);
+      result_.counts.sheets = coarse.counts;
+      if (seen(coarse.image) < coarse.counts.cells) return draw_nothing();
+      SheetResult fine = sheets(throttle, CellOrder::faces, true);
+      estimate(fine.image, coarse.image);
       result_.image = std::move(fine.image);
       result_.counts.sheets = fine.counts;
       result_.throttle = throttle;
-      std::int64_t seen = 0, above = 0;
-      for (const auto& [x, y] : all()) {
-        seen += result_.image.at(x, y, 4) > 0;
-        above += !(result_.image.at(x, y, kError) <= max_error_);
-      }
-      if (static_cast<double>(above) <= kMostRedrawn * static_cast<double>(seen) ||
+      std::int64_t above = 0;
+      for (const auto& [x, y] : all()) above += !(result_.image.at(x, y, kError) <= max_error_);
+      if (static_cast<double>(above) <= kMostRedrawn * static_cast<double>(seen(result_.image)) ||
           throttle < 2 * kLeastThrottle)
         return;
     }
   }
-  [[nodiscard]] SheetResult sheets(double throttle, bool bounds) {
+  /// All is for rays.
+  void draw_nothing() {
+    result_.image =
+        image::Image(camera_.image_width(), camera_.image_height(), {"R", "G", "B", "A", "samples", "error"});
+    for (const auto& [x, y] : all()) result_.image.at(x, y, kError) = kUnknown;
+  }
+  [[nodiscard]] std::int64_t seen(const image::Image& image) const {
+    std::int64_t count = 0;
+    for (const auto& [x, y] : all()) count += image.at(x, y, 4) > 0;
+    return count;
+  }
+  [[nodiscard]] SheetResult sheets(double throttle, CellOrder order, bool bounds) {
     options_.throttle = throttle;
+    options_.order = order;
     options_.bounds = bounds;
     return draw_sheets(rays_.grid(), values_, camera_, scene_.transfer, scene_.reference_length, options_);
   }
@@ -129,11 +134,15 @@ class WithinError {
   /// Into the channel `error`, which has what tolerances of values do.
   void estimate(image::Image& fine, const image::Image& coarse) const {
     const int width = camera_.image_width(), height = camera_.image_height();
+    // At a silhouette light grows as the root of the distance from it; solids are drawn to a tenth of the
+    // throttle's pixels, merged ones to as much again.
+    constexpr double kPositions = 0.2;
+    const auto moved = static_cast<float>(std::sqrt(std::min(1.0, kPositions * options_.throttle)));
     std::vector<float> change(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     for (const auto& [x, y] : all()) {
       float most = 0;
       for (int c = 0; c < 4; ++c) most = std::max(most, std::abs(fine.at(x, y, c) - coarse.at(x, y, c)));
-      change[at(x, y)] = most;
+      change[at(x, y)] = kSafety * most;
     }
     for (const auto& [x, y] : all()) {
       float& error = fine.at(x, y, kError);
@@ -141,7 +150,21 @@ class WithinError {
         for (int u = std::max(0, x - 1); u < std::min(width, x + 2); ++u)
           error = std::max(error, change[at(u, v)]);
       }
+      error = std::max(error, moved * bend(fine, x, y));
     }
+  }
+  /// The largest second difference across a pixel, along rows, columns and diagonals.
+  [[nodiscard]] static float bend(const image::Image& image, int x, int y) {
+    const auto inside = [&](int u, int v) { return u >= 0 && u < image.width && v >= 0 && v < image.height; };
+    float most = 0;
+    for (const auto& [dx, dy] : {std::pair(1, 0), {0, 1}, {1, 1}, {1, -1}}) {
+      if (!inside(x - dx, y - dy) || !inside(x + dx, y + dy)) continue;
+      for (int c = 0; c < 4; ++c) {
+        most = std::max(most, std::abs(image.at(x - dx, y - dy, c) - 2 * image.at(x, y, c) +
+                                       image.at(x + dx, y + dy, c)));
+      }
+    }
+    return most;
   }
 
   void redraw_above() {

@@ -5,7 +5,7 @@
 namespace vol::curvilinear {
 
 struct WithinErrorCounts {
-  SheetCounts sheets;        ///< of the finest picture that was drawn
+  SheetCounts sheets;        ///< of the last picture that was drawn
   std::int64_t rays = 0;     ///< cast in all
   std::int64_t redrawn = 0;  ///< pixels by rays because of their estimate
   std::int64_t checked = 0;  ///< pixels of sheets, taken at random, that were held against their ray
@@ -26,12 +26,14 @@ struct WithinErrorResult {
 ///
 /// Cells that differ from the solid of their group by less than tolerances are drawn as one (merged_cells.h);
 /// tolerances and steps come from the throttle, and that from max_error: halved while more than an eighth of
-/// the pixels is estimated to be off by more. A pixel's estimate is the larger of two: by how much it, or a
-/// neighbour, changes from twice the throttle; and by how much it changes where all values are off by their
-/// tolerance, which finds rays that graze what is opaque. Pixels whose estimate is above max_error are drawn
-/// by rays, to a quarter of it.
+/// the pixels is estimated to be off by more. A pixel's estimate is the largest of three: twice what it, or a
+/// neighbour, changes from twice the throttle with cells by depth, where order matters, too; and by how much
+/// it changes where all values are off by their tolerance, which finds rays that graze what is opaque; and
+/// its second difference in the picture times the root of the pixels that solids may be off by, which finds
+/// silhouettes. Pixels whose estimate is above max_error are drawn by rays, to a quarter of it; a picture
+/// that shows fewer pixels than (merged) cells, by rays altogether.
 ///
-/// Estimates are no bounds: silhouettes that both throttles miss alike are not seen. So kChecked or more
+/// Estimates are no bounds. So kChecked or more
 /// pixels of those that are left, taken at random, are held against their rays; where one is off by more, all
 /// estimates are doubled, what is then above is drawn by rays, and the check repeated, at last with rays
 /// throughout. A picture that passes has, with 95 % confidence, less than 3 / checked of its sheets' pixels

@@ -274,6 +274,18 @@ TEST(Halves, AreTheSolidAndShareTheirFace) {
   }
 }
 
+TEST(Halves, PartsAreTheSolidBetweenCorners) {
+  const Block block = random_block({4, 4, 4}, 6);
+  const Solid solid = Solids(block, block.arrays[0].values, CellKind::tricubic, 1)({1, 1, 1});
+  const Vec3 low(0.25, 0, 0.5), high(0.5, 1, 0.625);
+  const Solid of = part(solid, low, high);
+  for (const Vec3& u : {Vec3(0, 0, 0), Vec3(0.3, 0.9, 0.2), Vec3(1, 1, 1)}) {
+    EXPECT_LT((of(u) - solid(low + u.cwiseProduct(high - low))).norm(), 1e-13);  // coordinates below 20
+  }
+  const Solid beside = part(solid, Vec3(0.5, 0, 0.5), Vec3(1, 1, 0.625));
+  for (std::size_t n = 0; n < 64; n += 4) EXPECT_EQ(of.b[n + 3], beside.b[n]);
+}
+
 TEST(Sheets, WhatIsInFrontHidesWhatIsBehind) {
   const Grid grid = box({1, 1, 4}, Vec3(1, 1, 1));
   Values values = zeros(grid);
@@ -290,6 +302,55 @@ TEST(Sheets, WhatIsInFrontHidesWhatIsBehind) {
     EXPECT_EQ(from_below.at(16, 16, 0), 0);
     EXPECT_EQ(from_below.at(16, 16, 2), 1);
   }
+}
+
+// Values as of a transfer function: a signal of 1 on 1e8 is the same picture as one on 0, which double holds
+// to 1e-8.
+TEST(Sheets, ASmallSignalOnALargeOffset) {
+  const Grid grid = make_phantom("twisted-box", {4, 5, 6}, "marschner-lobb", 1);
+  const auto camera = camera_for(grid, 40, 10, 60, 50);
+  for (const auto thickness : {Thickness::layers, Thickness::physical}) {
+    SheetOptions options;
+    options.thickness = thickness;
+    const auto picture = [&](double offset) {
+      Values values{grid.blocks[0].arrays[0].values};
+      for (double& f : values[0]) f += offset;
+      const transfer::TransferFunction f({{offset, {0, 0, 1}}, {offset + 1, {1, 0, 0}}},
+                                         {{offset, 0}, {offset + 1, 0.7}});
+      return draw_sheets(grid, values, camera, f, 0.5, options).image;
+    };
+    const image::Image plain = picture(0), lifted = picture(1e8);
+    // A table has 2^14 steps; a value at the edge of one may fall into the next: 6e-5 of a sample's colour.
+    for (std::size_t n = 0; n < plain.pixels.size(); ++n) {
+      if (n % 5 < 4) {
+        EXPECT_NEAR(plain.pixels[n], lifted.pixels[n], 1e-4);
+      }
+    }
+  }
+}
+
+// The picture is a thousandth of the grid: parts outside it are left out, and what is in it has the chord's
+// length.
+TEST(Sheets, OfCellsFarLargerThanThePicture) {
+  const Grid grid = make_phantom("sheared-box", {3, 3, 3}, "ramp", 1);
+  camera::View view;
+  view.azimuth = 33;
+  view.elevation = 21;
+  view.width = 2e-3;
+  constexpr double kOpacity = 0.3;
+  const camera::Camera camera(view, grid.bounds().centre(), 2, 40, 30);
+  SheetOptions options;
+  options.thickness = Thickness::physical;
+  const auto picture = draw_sheets(grid, zeros(grid), camera, constant(kOpacity), 1, options);
+  EXPECT_LT(picture.counts.points, 100000);
+  const Figures f = against_chords(grid, camera, picture.image, 1 / -std::log1p(-kOpacity));
+  EXPECT_LT(f.largest, 1e-4);  // float, of hundreds of parts
+  options.thickness = Thickness::layers;
+  EXPECT_THROW((void)draw_sheets(grid, zeros(grid), camera, constant(kOpacity), 1, options), Error);
+  options.thickness = Thickness::physical;
+  view.width = 1e-7;
+  const camera::Camera nearer(view, grid.bounds().centre(), 2, 40, 30);
+  EXPECT_THROW((void)draw_sheets(grid, zeros(grid), nearer, constant(kOpacity), 1, options), Error);
 }
 
 TEST(Sheets, ThreadsDoNotShow) {

@@ -38,12 +38,25 @@ soft -o fine.exr --thickness physical --throttle 0.5 --stats fine.json
 awk -v c="$(rms coarse.exr)" -v f="$(rms fine.exr)" 'BEGIN { exit !(f < c / 4 && f < 0.001) }' || fail "sheets do not come near the rays: $(rms coarse.exr), $(rms fine.exr)"
 [ "$(figure fine.json holes)" = 0 ] || fail "sheets of physical thickness leave holes"
 
+# Within an error: kept against rays, said in the record, and refused where it cannot be.
+for bound in 1e-1 1e-2; do
+  soft -o within.exr --max-error $bound --stats within.json || fail "status $? of --max-error $bound"
+  "$bin/img-compare" within.exr rays.exr --fail-above max=$bound >/dev/null || fail "over its bound of $bound"
+  grep -q '"pixel_maximum_estimate"' within.json || fail "no estimate in the stats of $bound"
+done
+soft -o missed.exr --max-error 1e-300 2>err
+[ $? -eq 2 ] || fail "a bound that cannot be kept must end with 2"
+[ "$(wc -l <err)" -eq 1 ] || fail "one line expected: $(cat err)"
+[ ! -e missed.exr ] || fail "a picture over its bound was written"
+
 # PLOT3D: positions alone have nothing to show.
 echo "2 2 2  0 1 0 1 0 1 0 1  2*0 2*1 2*0 2*1  4*0 4*1" >cube.xyz
 echo "2 2 2  0.5 0 1 0  4*1 4*2 8*1 8*0 8*0 8*4" >cube.q
 "$bin/curv-tricubic" cube.xyz --solution cube.q --variable pressure -o cube.png --size 32 || fail "status $? of PLOT3D"
 for wrong in "cube.xyz -o x.png" "cube.xyz --solution cube.q --variable none -o x.png" "torus.vts -o x.png --gamma 2" "torus.vts -o x.png --throttle 0" \
-  "torus.vts -o x.png --reference-length 2" "torus.vts -o x.jpg" "torus.vts -o x.png --beta -1" "torus.vts -o x.png --method rays --thickness layers" "torus.vts -o x.png --method rays --throttle 2 --tolerance 1e-3"; do
+  "torus.vts -o x.png --reference-length 2" "torus.vts -o x.jpg" "torus.vts -o x.png --beta -1" "torus.vts -o x.png --method rays --thickness layers" "torus.vts -o x.png --method rays --throttle 2 --tolerance 1e-3" \
+  "torus.vts -o x.png --max-error 0.1 --throttle 2" "torus.vts -o x.png --max-error 0.1 --order depth" "torus.vts -o x.png --max-error 0.1 --thickness layers" \
+  "torus.vts -o x.png --max-error 0.1 --method rays" "torus.vts -o x.png --width 1e-3"; do
   # shellcheck disable=SC2086
   "$bin/curv-tricubic" $wrong >out 2>err
   [ $? -eq 2 ] || fail "$wrong must end with 2"
