@@ -37,8 +37,7 @@ void sheets(Table& table) {
     const image::Image plain = picture(grid, 1, 0, thickness);
     const auto row = [&](const std::string& what, double scale, double offset) {
       const image::Image moved = picture(grid, scale, offset, thickness);
-      // What double makes of the values, and a step of the table for values at its edge, of colours and, to
-      // depths of phi' <= 1 / 0.3 a sheet, of opacity.
+      // A value at the edge of a step may fall into the next one.
       const double rounding = std::abs(offset) / scale * 4 * kDouble;
       Worst worst;
       for (std::size_t n = 0; n < plain.pixels.size(); ++n) {
