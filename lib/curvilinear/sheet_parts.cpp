@@ -109,15 +109,17 @@ Extents extents(const Solid& seen, const Screen& screen) {
   return extents(seen, LargestDifferences(seen, seen.b[0]), screen);
 }
 
-ImageBox::ImageBox(const Solid& seen, const Screen& screen)
-    : left(std::numeric_limits<double>::infinity()), right(-left), top(left), bottom(-left) {
+ImageBox::ImageBox(const Solid& seen, const Screen& screen) {
+  Eigen::Array2d low = screen.project(seen.b[0].head<3>()).array(), high = low;
   for (const Point4& b : seen.b) {
-    const Eigen::Vector2d image = screen.project(b.head<3>());
-    left = std::min(left, image.x());
-    right = std::max(right, image.x());
-    top = std::min(top, image.y());
-    bottom = std::max(bottom, image.y());
+    const Eigen::Array2d image = screen.project(b.head<3>()).array();
+    low = low.min(image);
+    high = high.max(image);
   }
+  left = low.x();
+  right = high.x();
+  top = low.y();
+  bottom = high.y();
 }
 
 int step_count(double extent, double throttle) {

@@ -182,15 +182,15 @@ class Sheets {
       cell.level = static_cast<std::uint8_t>(level);
     }
     const Solid seen = solid(cell);
-    for (std::size_t n = 0; n < 64; ++n) {
-      const Vec3 p = seen.b[n].head<3>();
-      if (!screen_.in_front(p)) {
+    for (std::size_t n = 0; n < 64 && screen_.is_perspective(); ++n) {
+      if (!screen_.in_front(seen.b[n].head<3>())) {
         throw Error(
             "the eye of the perspective view is within the grid or has cells behind it; take a greater "
             "distance");
       }
-      if (n % 4 % 3 == 0 && n / 4 % 4 % 3 == 0 && n / 16 % 3 == 0) cell.depth = std::min(cell.depth, p.z());
     }
+    for (const std::size_t n : {0, 3, 12, 15, 48, 51, 60, 63})
+      cell.depth = std::min(cell.depth, seen.b[n].z());
     const ImageBox box(seen, screen_);
     if (!(box.right >= 0 && box.left <= camera_.image_width())) return cell;
     for (int a = 0; a < 3 && options_.order == CellOrder::faces; ++a) {
