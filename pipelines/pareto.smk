@@ -26,7 +26,7 @@ rule accuracy:
 rule times:
     input: truth=f"{OUT}/truth/{{group}}/reference.exr", runs=f"{OUT}/accuracy/{{group}}.json"
     output: f"{OUT}/times/{{group}}.json"
-    params: asked=[SWEEP["rounds"], SWEEP["threads"], SWEEP["contenders"]]
+    params: asked=[SWEEP[key] for key in ("rounds", "threads", "screened", "screenings", "contenders")]
     threads: ALL_CORES
     shell:
         "{PYTHON} -B pipelines/pareto.py {SETTINGS} {wildcards.group} --bin {BIN} --truth {input.truth} --runs {input.runs}"

@@ -14,13 +14,12 @@ COLUMNS = ["dataset", "scene", "size", "method", "setting", "samples", "mse", "m
 
 EXPLANATION = """\
 Pictures of {size} pixels; truth: the adaptive reference integral. MSE on the byte scale, largest error on the colour scale 0..1.
-The first pass renders every setting once, for its error; the fastest at each error are timed again in {rounds} interleaved
-rounds. Which of them is the best of its kind the first pass says, for the second number of threads the rounds with the first: no
-setting is chosen for the luck that it is measured with. *Ratio*: time of the best uniform setting over that of the best
-other setting, median with its 95 % interval (order statistics); above 1 the other is faster. Uniform sampling may take any step
-and quadrature, with the same skipping of empty space, with and without early termination. Times are of rendering alone;
-what an index takes to build for a scene, on all cores, stands beside them, and the ratio of a first picture, which
-waits for it. {host}.
+The first pass renders every setting once, for its error. The {screened} fastest at each error, of uniform sampling and of the rest,
+are timed again, {screenings} times, at each number of threads, and the fastest of each kind once more, in {rounds} interleaved rounds: no setting
+is chosen for the luck that it is measured with. *Ratio*: time of the best uniform setting over that of the best other setting,
+median with its 95 % interval (order statistics); above 1 the other is faster. Uniform sampling may take any step and quadrature,
+with the same skipping of empty space and the same early terminations. Times are of rendering alone; what an index takes to build
+for a scene, on all cores, stands beside them, and the ratio of a first picture, which waits for it. {host}.
 """
 
 
@@ -37,9 +36,9 @@ def shown_ms(ms):
 
 
 def best(times, runs, baseline, target):
-    """The timed setting of the smallest median that keeps the error, or None."""
+    """The timed setting that was chosen for a target, or None: of those that keep the error, the fastest when they were screened."""
     able = [s for s in times if runs[s]["baseline"] == baseline and runs[s]["mse"] <= target]
-    return min(able, key=lambda s: statistics.median(times[s]), default=None)
+    return min(able, key=lambda s: times[s]["screened"], default=None)
 
 
 def equal_error(swept, groups):
@@ -47,14 +46,12 @@ def equal_error(swept, groups):
     of a first picture."""
     for group, (runs, timed) in groups.items():
         by_setting = {r["setting"]: r for r in runs}
-        earlier = {}
         for threads, times in timed.items():
-            choosing = {s: earlier.get(s, [by_setting[s]["seconds"]]) for s in times}
-            earlier = earlier or times
             for target in swept["targets"]:
-                uniform, other = (best(choosing, by_setting, b, target) for b in (True, False))
-                ratio = rounds.ratio(times[uniform], times[other]) if uniform and other else None
-                seconds = [statistics.median(times[s]) if s else math.nan for s in (uniform, other)]
+                uniform, other = (best(times, by_setting, b, target) for b in (True, False))
+                measured = [times[s]["rounds"] if s else [math.nan] for s in (uniform, other)]
+                ratio = rounds.ratio(*measured) if uniform and other else None
+                seconds = [statistics.median(m) for m in measured]
                 build = by_setting[other]["index_s"] if other else None
                 yield dict(group=group, target=target, threads=threads, uniform=uniform, other=other, ratio=ratio,
                            method=by_setting[other]["method"] if other else "", ms=[1e3 * s for s in seconds],
@@ -141,7 +138,7 @@ def main():
     write_csv(arguments.csv, swept["size"], groups)
     stats = load(out / "truth" / settings["groups"][0] / "reference.json")
     host = f"{stats['host']['cpu']}, {stats['host']['threads']} threads, {stats['host']['simd']}, commit {stats['commit']}"
-    text = "# Error against time\n\n" + EXPLANATION.format(size=swept["size"], rounds=swept["rounds"], host=host)
+    text = "# Error against time\n\n" + EXPLANATION.format(host=host, **swept)
     rows = list(equal_error(swept, groups))
     if rows:
         text += "\n## All scenes\n\n" + summary(swept, rows) + "\n## Fastest at equal error\n\n" + equal_error_table(rows)

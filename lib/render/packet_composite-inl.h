@@ -65,6 +65,7 @@ class Composite {
     // anyway).
     const I limit = kTrapezoid || indexed_ ? segments_ : hn::Sub(segments_, constant_i(1));
     for (;;) {
+      if (!indexed_ && phase_ == 0) run_on(limit);
       if (job_.distances && phase_ == 0) leap(limit);
       const MI active = hn::And(alive_, hn::Lt(path_.node, limit));
       if (hn::AllFalse(DI(), active)) break;
@@ -100,22 +101,22 @@ class Composite {
   };
 
   /// Passes a segment of `length` steps (0: nothing happens), log2 of its transmittance y a step, and its
-  /// nodes' sums of y and y q: emission = alpha (sum of y q) / (sum of y).
+  /// nodes' sums of y and y q: emission = alpha (sum of y q) / (sum of y). Of y <= 0 the magnitude counts.
   HWY_INLINE void absorb(Path& path, F y, F sum_y, const F* sum_yq, F length) {
     const F depth = hn::Mul(y, length);
-    F alpha, share;
+    F share, behind;
     if (gentle_) {
-      share = hn::Neg(hn::Mul(length, exp2m1_over(depth)));
-      alpha = hn::Mul(y, share);
+      share = hn::Mul(length, exp2m1_over(depth));
+      behind = hn::MulAdd(path.transmittance, hn::Mul(y, share), path.transmittance);
     } else {
-      alpha = one_minus_exp2(depth);
-      share = hn::Div(alpha, hn::Min(sum_y, constant(-1e-30F)));
+      const F alpha = one_minus_exp2(depth);
+      share = hn::Div(alpha, hn::Max(hn::Neg(sum_y), constant(1e-30F)));
+      behind = hn::NegMulAdd(path.transmittance, alpha, path.transmittance);
     }
     const F weight = hn::Mul(path.transmittance, share);
-    const F behind = hn::NegMulAdd(path.transmittance, alpha, path.transmittance);
     halfway_.pass(kTrapezoid ? path.left_node : path.node, hn::Zero(DF()), path.transmittance, behind, depth,
                   length);
-    for (int c = 0; c < kChannels; ++c) path.sum[c] = hn::MulAdd(weight, sum_yq[c], path.sum[c]);
+    for (int c = 0; c < kChannels; ++c) path.sum[c] = hn::NegMulAdd(weight, sum_yq[c], path.sum[c]);
     path.transmittance = behind;
   }
 
@@ -142,6 +143,60 @@ class Composite {
       path.left_node = path.node;
     } else {
       absorb(path, node.y, node.y, node.yq, length);
+    }
+  }
+
+  /// Runs one after the other while no lane is near its end. Both nodes of a run are sampled before what they
+  /// add is passed: neither waits for the other. Lanes that leave empty space or stop leave the inner loop,
+  /// whose path stays in registers.
+  HWY_INLINE void run_on(I limit) {
+    const DI d;
+    const I least = constant_i(kTrapezoid ? kRun + 1 : kRun);  // a trapezoid's last node is left to run()
+    // A lane that left empty space begins its run at the node before the first visible one.
+    for (bool looks = job_.distances != nullptr;; looks = false) {
+      const MI active = hn::And(alive_, hn::Lt(path_.node, limit));
+      const I ones = hn::IfThenElseZero(active, constant_i(1));
+      const F whole = to_float(ones);
+      const Position hop = masked(step_, active);
+      Path path = path_;
+      bool goes_on = !hn::AllFalse(d, active);
+      while (goes_on) {
+        goes_on = hn::AllFalse(d, hn::And(active, hn::Lt(hn::Sub(limit, path.node), least)));
+        if (HWY_UNLIKELY(!goes_on)) break;
+        if (looks) {
+          const MI hidden = hn::Gt(visible_distance(job_, path.position), hn::Zero(d));
+          if (!hn::AllFalse(d, hn::And(active, hidden))) break;
+        }
+        looks = job_.distances != nullptr;
+        Position second = path.position;
+        advance(second, hop);
+        const Lights<kChannels> nodes[kRun] = {sample(path.position), sample(second)};
+        F length = whole;
+        if (kTrapezoid) length = hn::IfThenElseZero(float_mask(hn::AndNot(fresh_, active)), whole);
+        for (const Lights<kChannels>& node : nodes) {
+          I taken = ones;
+          if (stops_) {
+            const M going = hn::Gt(path.transmittance, constant(job_.termination));
+            length = hn::IfThenElseZero(going, length);
+            taken = hn::IfThenElseZero(int_mask(going), ones);
+          }
+          samples_ = hn::Add(samples_, taken);
+          if (job_.shaded) count_gradients(node, active, path.transmittance);
+          segment(path, node, length);
+          path.node = hn::Add(path.node, ones);
+          length = whole;
+        }
+        path.position = second;
+        advance(path.position, hop);
+        fresh_ = hn::AndNot(active, fresh_);
+        const M ended = hn::Le(path.transmittance, constant(job_.termination));
+        if (stops_ && !hn::AllFalse(DF(), hn::And(float_mask(active), ended))) break;
+      }
+      if (kTrapezoid) path.left_node = hn::IfThenElse(active, path.left_node, path_.left_node);
+      path_ = path;
+      if (!goes_on) return;
+      if (stops_) stop();
+      if (job_.distances) leap(limit);
     }
   }
 

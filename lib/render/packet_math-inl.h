@@ -35,6 +35,10 @@ HWY_INLINE F to_float(I v) {
 HWY_INLINE I truncated(F v) {
   return hn::ConvertTo(DI(), v);
 }
+/// The integer that a float in [0, 2^22] holds. ConvertTo also looks after those that no integer holds.
+HWY_INLINE I small_integer(F v) {
+  return hn::And(hn::BitCast(DI(), hn::Add(v, constant(0x1p23F))), constant_i(0x7fffff));
+}
 HWY_INLINE M float_mask(MI m) {
   return hn::RebindMask(DF(), m);
 }
@@ -56,9 +60,11 @@ HWY_INLINE F exp2m1_over(F f) {
 /// Exactly 1 from y = -25 on.
 HWY_INLINE F one_minus_exp2(F y) {
   y = hn::Max(y, constant(-126.0F));
-  const I whole = truncated(y);  // towards 0
-  const F f = hn::Sub(y, to_float(whole));
-  const F power = hn::BitCast(DF(), hn::ShiftLeft<23>(hn::Add(whole, constant_i(127))));
+  const F whole = hn::Trunc(y);
+  const F f = hn::Sub(y, whole);
+  // k + 127 in the last bits of a float, moved to where the exponent stands.
+  const F power =
+      hn::BitCast(DF(), hn::ShiftLeft<23>(hn::BitCast(DI(), hn::Add(whole, constant(0x1p23F + 127)))));
   return hn::NegMulAdd(hn::Mul(power, f), exp2m1_over(f), hn::Sub(constant(1.0F), power));
 }
 

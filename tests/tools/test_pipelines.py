@@ -124,20 +124,35 @@ class Pareto(unittest.TestCase):
         self.assertEqual(set(pareto.contenders(self.RUNS, [.1], 1)), {"u2", "o1"})
         self.assertEqual(set(pareto.contenders(self.RUNS, [.02], 2)), {"u3"})
 
+    def test_screening_takes_the_shortest_of_several_times(self):
+        sequence = iter([3, 5, 4, 1, 9, 9])  # of u1, u2, o2 and again
+        asked = {"targets": [1], "screened": 2, "screenings": 2}
+        found = pareto.screened(self.RUNS[:2] + self.RUNS[4:], asked, lambda run: next(sequence))
+        self.assertEqual([(run["setting"], run["seconds"]) for run in found], [("u1", 1), ("u2", 5), ("o2", 4)])
+
     def test_settings_are_chosen_by_other_times_than_measured(self):
         runs = [{"setting": "u", "method": "uniform", "baseline": True, "mse": 1, "index_s": None, "seconds": 8},
-                {"setting": "lucky", "method": "split", "baseline": False, "mse": 1, "index_s": None, "seconds": 9},
+                {"setting": "lucky", "method": "split", "baseline": False, "mse": 1, "index_s": None, "seconds": 1},
                 {"setting": "index", "method": "index", "baseline": False, "mse": 1, "index_s": 2.0, "seconds": 3}]
-        # Of the rounds alone "lucky" would be the fastest.
-        times = {"u": [8.0] * 9, "lucky": [1.0] * 9, "index": [2.0] * 9}
-        single = {"u": [12.0] * 9, "lucky": [9.0] * 9, "index": [3.0] * 9}
-        two, one = pareto_table.equal_error({"targets": [1]}, {"a/b": (runs, {"2": times, "1": single})})
+
+        def timed(**screened_and_round):
+            return {name: {"screened": screened, "rounds": [measured] * 9} for name, (screened, measured) in screened_and_round.items()}
+        # By the rounds alone, or by the first pass, "lucky" would be the fastest.
+        times = {"2": timed(u=(8.0, 8.0), lucky=(9.0, 1.0), index=(3.0, 2.0)),
+                 "1": timed(u=(9.0, 12.0), lucky=(1.0, 9.0), index=(3.0, 3.0))}
+        two, one = pareto_table.equal_error({"targets": [1]}, {"a/b": (runs, times)})
         self.assertEqual((two["uniform"], two["other"], two["ratio"]), ("u", "index", (4, 4, 4)))
         self.assertEqual((two["ms"], two["build_ms"], two["first"]), ([8000, 2000], 2000, 2))
-        self.assertEqual((one["other"], one["ratio"], one["build_ms"]), ("lucky", (12 / 9,) * 3, None))  # by the rounds of two
-        row, = pareto_table.equal_error({"targets": [0.5]}, {"a/b": (runs, {"2": times})})
+        self.assertEqual((one["other"], one["ratio"], one["build_ms"]), ("lucky", (12 / 9,) * 3, None))  # each number of threads its own
+        row, = pareto_table.equal_error({"targets": [0.5]}, {"a/b": (runs, {"2": times["2"]})})
         self.assertEqual((row["uniform"], row["other"], row["ratio"], row["build_ms"]), (None, None, None, None))
         self.assertIn("none reaches it", pareto_table.equal_error_table([row]))
+
+    def test_whole_sweep_has_no_setting_twice(self):
+        asked = yaml.safe_load((ROOT / "pipelines/pareto.yaml").read_text())
+        named = [pareto.setting_of(family, name, values | {rung: value}) for name, family in pareto.families(asked)
+                 for values, rung, ladder in pareto.curves(family) for value in ladder]
+        self.assertEqual(sorted(named), sorted(set(named)))
 
     def test_curves_are_all_combinations(self):
         found = list(pareto.curves({"with": {"a": [1, 2], "b": [3]}, "ladder": {"c": [5, 6]}}))
