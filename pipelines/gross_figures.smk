@@ -6,7 +6,7 @@ PICTURES_OF = {name: gross_figures.pictures(SWEEP, name) for name in FIGURES}
 TRUTH_OF = {picture.name: picture.truth.name for pictures in PICTURES_OF.values() for picture in pictures}
 ALL_PICTURES = sorted(TRUTH_OF)
 SHEETS = [f"{RESULTS}/{gross_figures.file_name(name)}.png" for name in FIGURES]
-ENDS += [f"{RESULTS}/table.csv", f"{RESULTS}/table.md", f"{RESULTS}/dropped.md", *(SHEETS if PICTURES else [])]
+ENDS += [f"{RESULTS}/table.csv", f"{RESULTS}/table.md", f"{RESULTS}/dropped.md", *([*SHEETS, f"{RESULTS}/figure-3.png"] if PICTURES else [])]
 GROSS_CODE = ["pipelines/gross_figures.py", SETTINGS]
 
 ruleorder: voxelised > dataset
@@ -51,3 +51,8 @@ rule gross_dropped:
     output: f"{RESULTS}/dropped.md"
     threads: ALL_CORES
     shell: "{PYTHON} -B pipelines/gross_dropped.py {SETTINGS} --bin {BIN} -o {output}"
+
+rule gross_basis:
+    input: "pipelines/gross_basis.py", SETTINGS, [f"{BIN}/{tool}" for tool in ("vol-phantom", "vol-dwt", "wavelet-raycast")]
+    output: f"{RESULTS}/figure-3.png"
+    shell: "{PYTHON} -B pipelines/gross_basis.py {SETTINGS} --bin {BIN} -o {output}"

@@ -65,6 +65,13 @@ def milliseconds(seconds):
     return f"{1e3 * seconds:.3g}"
 
 
+def lead(fastest, second):
+    """How many times as fast: round by round, or of the medians where one of them ran once, in no round."""
+    if len(fastest) == len(second):
+        return rounds.shown(rounds.ratio(second, fastest))
+    return f"{statistics.median(second) / statistics.median(fastest):.2f}"
+
+
 def winners(swept, picture, groups):
     """A line a data set and error: every method's time, the fastest in bold, and how far it is ahead."""
     methods = list(swept["pictures"][picture]["methods"])
@@ -73,8 +80,7 @@ def winners(swept, picture, groups):
         for target in swept["pictures"][picture].get("targets", swept["targets"]) if kind == picture else []:
             best = at_target(rows, target)
             order = sorted(best, key=lambda m: best[m]["seconds"])
-            both = [best[m]["rounds"] for m in reversed(order[:2])]
-            ahead = rounds.shown(rounds.ratio(*both)) if len(both) == 2 else ""
+            ahead = lead(*(best[m]["rounds"] for m in order[:2])) if len(order) > 1 else ""
             times = [milliseconds(best[m]["seconds"]) if m in best else "-" for m in methods]
             lines.append([dataset, f"{target:g}", *(f"**{t}**" if order and m == order[0] else t for m, t in zip(methods, times)), ahead])
     return markdown(lines)

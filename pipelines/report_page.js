@@ -30,7 +30,7 @@ function sortBy(table, column) {
 for (const table of document.querySelectorAll("table")) {
   [...table.tHead.rows[0].cells].forEach((head, column) => {
     head.querySelector("button").addEventListener("click", () => sortBy(table, column));
-    const filled = [...table.tBodies[0].rows].map((row) => row.cells[column]).filter((cell) => cell && cell.textContent);
+    const filled = [...table.tBodies[0].rows].map((row) => row.cells[column]).filter((cell) => cell && !/^[-–]?$/.test(cell.textContent.trim()));
     if (filled.length && filled.every((cell) => !isNaN(figureOf(cell.textContent)) && cell.textContent.length < 24)) {
       filled.forEach((cell) => cell.classList.add("number"));
       head.querySelector("button").style.textAlign = "right";

@@ -31,6 +31,7 @@ struct Options {
 };
 
 void declare(CLI::App& app, Options& o) {
+  o.input.index_volumes = true;
   cli::add_volume_input(app, o.input);
   app.add_option("-o,--output", o.output, "Volume; format by extension; - is standard output")
       ->required()
@@ -116,13 +117,18 @@ void rearrange(Volume& v, const Options& o) {
   }
 }
 
+/// Of an index volume the entries.
+Volume loaded(const std::filesystem::path& path, const Options& o, cli::Record& record) {
+  Volume v = cli::load(path, o.input, record);
+  return io::is_index(v) ? io::unpack_index(v) : std::move(v);
+}
+
 Volume converted(Volume v, const Options& o, cli::Record& record) {
-  if (io::is_index(v)) v = io::unpack_index(v);
   if (!o.crop.empty()) {
     const auto region = cli::parse_region("--crop", o.crop);
     v = volume::cropped(v, region.lower, region.upper);
   }
-  if (!o.subtract.empty()) v = volume::difference(v, cli::load(o.subtract, o.input, record));
+  if (!o.subtract.empty()) v = volume::difference(v, loaded(o.subtract, o, record));
   const VoxelType type = o.type.empty() ? v.voxel_type() : volume::voxel_type_from_name(o.type);
   const bool scaled = !o.scale.empty() || !o.rescale.empty();
   if (!o.resample.empty() && (scaled || type != v.voxel_type())) {
@@ -143,7 +149,7 @@ Volume converted(Volume v, const Options& o, cli::Record& record) {
 int convert(const Options& o, cli::Record& record) {
   io::require_volume_output(o.output, o.format);
   if (o.input.path == "-" && o.subtract == "-") throw Error("only one volume can come from standard input");
-  Volume input = cli::load(o.input, record);
+  Volume input = loaded(o.input.path, o, record);
   Volume result = record.timed("convert", [&] { return converted(std::move(input), o, record); });
   const auto& dims = result.geometry().dims;
   record.result("dims", {dims[0], dims[1], dims[2]});

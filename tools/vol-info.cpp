@@ -269,6 +269,7 @@ int main(int argc, char** argv) {
                  "or raw), curvilinear grids (.vts, PLOT3D .xyz); - is standard input, not for grids")
       ->required()
       ->group("Files");
+  o.input.index_volumes = true;
   cli::add_volume_options(app, o.input);
   cli::add_grid_options(app, o.grid);
   app.add_option("--histogram", o.bins, "Count the voxels in this many equal intervals of the range; 0: none")

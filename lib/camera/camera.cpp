@@ -30,7 +30,7 @@ Camera::Camera(const View& view, const Vec3& centre, double longest_edge, int im
   }
   if (!(view.up.norm() > 0) || !view.up.allFinite()) throw Error("camera up is not a direction");
   if (projection_ == Projection::perspective && !(view.fov > 0 && view.fov < 180)) {
-    throw Error("field of view " + std::to_string(view.fov) + " is outside 0 to 180 degrees");
+    throw Error("field of view " + std::to_string(view.fov) + " is not between 0 and 180 degrees");
   }
   width_ = view.width.value_or(1.6 * longest_edge);
   if (!(width_ > 0) || !std::isfinite(width_)) throw Error("image width in world units is not positive");

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
+#include <map>
 #include <new>
 #include <optional>
 
@@ -110,7 +112,10 @@ class Stats {
 
 /// One line, whatever a library's exception holds.
 int complain(const char* tool, std::string message) {
-  std::replace(message.begin(), message.end(), '\n', ' ');
+  for (char& c : message) {
+    if (c == '\n') c = ' ';
+    if ((c >= 0 && c < ' ') || c == '\x7f') c = '?';  // of a file that is no text
+  }
   while (message.ends_with(' ')) message.pop_back();
   std::fprintf(stderr, "%s: %s\n", tool, message.c_str());
   return kCouldNot;
@@ -164,7 +169,14 @@ int usage_error(const CLI::App& app, const ToolInfo& tool, const CLI::ParseError
     }
     return said_all() ? kDone : complain(tool.name, "cannot write to standard output");
   }
-  return complain(tool.name, std::string(error.what()) + " (see " + tool.name + " --help)");
+  std::string message = error.what();
+  // CLI11 does not say in which file of options.
+  if (dynamic_cast<const CLI::ConfigError*>(&error) != nullptr) {
+    constexpr std::string_view kUnknown = "INI was not able to parse ";
+    if (message.starts_with(kUnknown)) message = "unknown option '" + message.substr(kUnknown.size()) + "'";
+    message = app.get_config_ptr()->results().front() + ": " + message;
+  }
+  return complain(tool.name, message + " (see " + tool.name + " --help)");
 }
 
 /// CLI11 takes an empty value for 0; nothing here has a use for one.
@@ -172,6 +184,34 @@ void refuse_empty_values(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     for (const auto& value : option->results()) {
       if (value.empty()) throw Error(option->get_name() + ": the value is empty");
+    }
+  }
+}
+
+/// Of two outputs in one place the second would take the first's, and nobody would know.
+void refuse_shared_outputs(const CLI::App& app) {
+  std::map<std::filesystem::path, std::string> owners;
+  for (const CLI::Option* option : app.get_options()) {
+    const std::string name = option->get_name();
+    const bool is_output = name == "--output" || name == "--difference" || name.ends_with("-output");
+    if (!is_output && name != "--stats") continue;
+    for (const auto& value : option->results()) {
+      const bool is_stream = io::is_standard_stream(value);
+      if (is_stream && !is_output) continue;  // a record goes to standard error
+      std::filesystem::path place = value;
+      if (!is_stream) {
+        std::error_code failure;
+        if (std::filesystem::exists(value, failure) && !std::filesystem::is_regular_file(value, failure)) {
+          continue;  // a device or a pipe takes everything; of a folder others complain
+        }
+        place = std::filesystem::absolute(value).lexically_normal();
+        auto canonical = std::filesystem::weakly_canonical(place, failure);
+        if (!failure) place = std::move(canonical);
+      }
+      const auto [owner, is_new] = owners.emplace(place, name);
+      if (is_new) continue;
+      throw Error(io::output_name(value) + ": is where both " + owner->second + " and " + name +
+                  " would go; give them different names");
     }
   }
 }
@@ -199,6 +239,7 @@ int run(CLI::App& app, const ToolInfo& tool, int argc, char** argv, const std::f
     add_common_options(app, tool, common);
     app.parse(argc, argv);
     refuse_empty_values(app);
+    refuse_shared_outputs(app);
     set_thread_count(common.threads);
     if (const char* most = std::getenv("PRECIS_SIMD")) limit_simd(most);
     Runner::configure(record,

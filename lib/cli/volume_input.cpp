@@ -24,6 +24,15 @@ io::ReadOptions read_options(const VolumeInput& input) {
   return options;
 }
 
+volume::Volume wanted(volume::Volume volume, const std::filesystem::path& path, const VolumeInput& input) {
+  if (!input.index_volumes && io::is_index(volume)) {
+    throw Error(
+        io::display_name(path) +
+        ": is an index volume, whose bytes are no values of a field; vol-convert unpacks its entries");
+  }
+  return volume;
+}
+
 }  // namespace
 
 void add_volume_options(CLI::App& app, VolumeInput& input) {
@@ -32,6 +41,7 @@ void add_volume_options(CLI::App& app, VolumeInput& input) {
       ->group(group);
   app.add_option("--volume", input.volume, "Which volume of a 4-D file, from 0")->group(group);
   app.add_option("--missing", input.missing, "Value in place of NaN and infinity [they are refused]")
+      ->check(check_finite)
       ->group(group);
   auto* dims =
       app.add_option("--raw-dims", input.raw_dims, "Read headerless data of this size, x fastest: 64x64x64")
@@ -70,13 +80,13 @@ volume::Volume load(const VolumeInput& input, Record& record) {
 volume::Volume load(const std::filesystem::path& path, const VolumeInput& input, Record& record) {
   const io::ReadOptions options = read_options(input);
   record.input(path);
-  return record.timed("read", [&] { return io::read_any_volume(path, options); });
+  return wanted(record.timed("read", [&] { return io::read_any_volume(path, options); }), path, input);
 }
 
 volume::Volume load(io::InputFile& file, const VolumeInput& input, Record& record) {
   const io::ReadOptions options = read_options(input);
   record.input(file.path());
-  return record.timed("read", [&] { return io::read_any_volume(file, options); });
+  return wanted(record.timed("read", [&] { return io::read_any_volume(file, options); }), file.path(), input);
 }
 
 void save(const std::filesystem::path& path, volume::Volume& volume, Record& record,

@@ -26,6 +26,7 @@ struct VolumeInput {
   std::string raw_endian = "little";  ///< --raw-endian
   std::int64_t raw_skip = 0;          ///< --raw-skip, bytes
   std::string raw_spacing = "1";      ///< --raw-spacing
+  bool index_volumes = false;         ///< are read too, packed as they are; else they are refused
 };
 
 /// Declares the positional input and the options above.
@@ -36,7 +37,8 @@ void add_volume_input(CLI::App& app, VolumeInput& input,
 /// Declares the options without the path, for tools whose inputs are not one volume.
 void add_volume_options(CLI::App& app, VolumeInput& input);
 
-/// Reads the volume (phase "read") and notes it among the record's inputs.
+/// Reads the volume (phase "read") and notes it among the record's inputs. Throws vol::Error, besides what
+/// reading throws, on an index volume where none is wanted: its bytes are no field's values.
 [[nodiscard]] volume::Volume load(const VolumeInput& input, Record& record);
 /// The same options applied to another file.
 [[nodiscard]] volume::Volume load(const std::filesystem::path& path, const VolumeInput& input,

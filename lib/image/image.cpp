@@ -1,5 +1,7 @@
 #include "image/image.h"
 
+#include <new>
+
 #include "base/error.h"
 
 namespace vol::image {
@@ -7,10 +9,19 @@ namespace vol::image {
 Image::Image(int w, int h, std::vector<std::string> names) : width(w), height(h), channels(std::move(names)) {
   constexpr int kLargestSide = 65536;
   if (w < 1 || h < 1 || w > kLargestSide || h > kLargestSide) {
-    throw Error("image size " + std::to_string(w) + "x" + std::to_string(h) + " is outside 1 to 65536 pixels a side");
+    throw Error("image size " + std::to_string(w) + "x" + std::to_string(h) +
+                " is outside 1 to 65536 pixels a side");
   }
   if (channels.empty()) throw Error("image without channels");
-  pixels.assign(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * channels.size(), 0.0f);
+  const std::size_t count = static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * channels.size();
+  try {
+    pixels.assign(count, 0.0f);
+  } catch (const std::bad_alloc&) {
+    throw Error("an image of " + std::to_string(w) + "x" + std::to_string(h) + " pixels and " +
+                std::to_string(channels.size()) + " channels takes " +
+                std::to_string(count * sizeof(float) >> 20) +
+                " MiB, more memory than there is; make it smaller");
+  }
 }
 
 std::optional<int> Image::channel(std::string_view name) const {

@@ -20,7 +20,8 @@ struct Image {
   std::map<std::string, std::string> attributes;
 
   Image() = default;
-  /// All pixels zero. Throws vol::Error unless 1 <= width, height <= 65536 and there is a channel.
+  /// All pixels zero. Throws vol::Error unless 1 <= width, height <= 65536 and there is a channel, and on an
+  /// image that memory does not hold.
   Image(int width, int height, std::vector<std::string> channels);
 
   [[nodiscard]] std::optional<int> channel(std::string_view name) const;

@@ -10,7 +10,6 @@
 namespace vol::io {
 namespace {
 
-constexpr const char* kKind = "precis.kind";
 constexpr const char* kDims = "precis.index.dims";
 constexpr const char* kReduction = "precis.index.reduction";
 constexpr const char* kDistance = "precis.index.standard_distance";
@@ -71,7 +70,7 @@ void write_index(const std::filesystem::path& path, const index::IndexVolume& in
   volume::Volume volume;
   volume.grid = volume::Grid<std::uint8_t>{packed, {index.nibbles().begin(), index.nibbles().end()}};
   volume.attributes = attributes;
-  volume.attributes[kKind] = "index";
+  volume.attributes[kKindKey] = kIndexKind;
   const Dims& dims = index.volume_dims();
   volume.attributes[kDims] =
       std::to_string(dims[0]) + " " + std::to_string(dims[1]) + " " + std::to_string(dims[2]);
@@ -89,11 +88,6 @@ IndexFile read_index(const std::filesystem::path& path) {
   }
 }
 
-bool is_index(const volume::Volume& volume) {
-  const auto found = volume.attributes.find(kKind);
-  return found != volume.attributes.end() && found->second == "index";
-}
-
 volume::Volume unpack_index(const volume::Volume& packed) {
   const index::IndexVolume index = unpack(packed);
   volume::GridGeometry geometry = packed.geometry();
@@ -108,7 +102,7 @@ volume::Volume unpack_index(const volume::Volume& packed) {
     }
   }
   result.attributes = packed.attributes;
-  for (const char* key : {kKind, kDims, kReduction}) result.attributes.erase(key);
+  for (const char* key : {kKindKey, kDims, kReduction}) result.attributes.erase(key);
   return result;
 }
 

@@ -23,6 +23,19 @@ std::string unescaped(std::string_view text) {
   return plain;
 }
 
+}  // namespace
+
+std::string escaped(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '\\' || c == '\n') result += '\\';
+    result += c == '\n' ? 'n' : c;
+  }
+  return result;
+}
+
+namespace {
+
 void parse_line(Header& header, const std::string& line) {
   const std::size_t field_end = line.find(": ");
   const std::size_t key_end = line.find(":=");

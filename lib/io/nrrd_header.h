@@ -38,6 +38,9 @@ struct Header {
 /// Reads to the blank line, or to the end of a header whose data are elsewhere.
 [[nodiscard]] Header read_header(InputFile& file);
 
+/// A key or value as key/value lines have it: a backslash before each backslash, and \n for a line's end.
+[[nodiscard]] std::string escaped(std::string_view text);
+
 [[nodiscard]] volume::VoxelType voxel_type(const Header& header);
 
 /// Where the samples lie: the axes that become x, y, z, their steps and the origin. `sizes`: samples of each

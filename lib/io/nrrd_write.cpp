@@ -1,5 +1,6 @@
 #include "base/error.h"
 #include "io/header_text.h"
+#include "io/nrrd_header.h"
 #include "io/volume_formats.h"
 #include "io/voxel_data.h"
 
@@ -31,15 +32,6 @@ std::string_view type_name(volume::VoxelType type) {
   throw Error("NRRD has no 16-bit float; convert the volume to f32");
 }
 
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '\\' || c == '\n') result += '\\';
-    result += c == '\n' ? 'n' : c;
-  }
-  return result;
-}
-
 /// Key/value pairs; what the syntax of the header cannot hold is left out with a warning.
 std::string attribute_lines(const volume::Volume& volume, Warnings& warnings) {
   std::string lines;
@@ -50,7 +42,7 @@ std::string attribute_lines(const volume::Volume& volume, Warnings& warnings) {
     if (content) {
       lines += "content: " + value + "\n";
     } else if (holdable) {
-      lines += escaped(key) + ":=" + escaped(value) + "\n";
+      lines += nrrd::escaped(key) + ":=" + nrrd::escaped(value) + "\n";
     } else {
       warnings.push_back("NRRD cannot hold the attribute " + in_quotes(key) + "; it is left out");
     }

@@ -1,5 +1,6 @@
 #include "io/scene.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "io/file.h"
@@ -27,20 +28,51 @@ auto named(const YAML::Node& node, const char* key, const F& f) {
   }
 }
 
+/// A number that has to hold something: where it does not, an error with the line of its key.
+template <class Holds>
+double checked(const YamlMap& map, const char* key, double fallback, const Holds& holds,
+               const char* expected) {
+  const double value = map.get(key, fallback);
+  if (map.has(key) && !holds(value))
+    YamlMap::fail(map[key], std::string(key) + ": " + expected + " is expected");
+  return value;
+}
+
+bool is_positive(double value) {
+  return value > 0 && std::isfinite(value);
+}
+bool is_not_negative(double value) {
+  return value >= 0 && std::isfinite(value);
+}
+
+/// \param norm  by which it must not be 0
+template <class Norm>
+Vec3 direction(const YAML::Node& node, const std::string& what, const Norm& norm) {
+  const Vec3 v = vec3(node, what);
+  if (!(norm(v) > 0)) YamlMap::fail(node, what + ": a direction is expected, which is not 0");
+  return v;
+}
+
 camera::View read_camera(const YAML::Node& node) {
   const YamlMap map(node, "camera", {"azimuth", "elevation", "width", "fov", "distance", "target", "up"});
   camera::View view;
-  view.azimuth = map.get("azimuth", view.azimuth);
-  view.elevation = map.get("elevation", view.elevation);
+  view.azimuth = checked(
+      map, "azimuth", view.azimuth, [](double a) { return std::isfinite(a); }, "an angle in degrees");
+  view.elevation = checked(
+      map, "elevation", view.elevation, [](double e) { return std::abs(e) <= 90; },
+      "an angle from -90 to 90 degrees");
   if (map.has("width") && map.has("fov")) {
     YamlMap::fail(map["fov"], "camera: either width (orthographic) or fov (perspective)");
   }
-  if (map.has("width")) view.width = map.get("width", 0.0);
+  if (map.has("width")) view.width = checked(map, "width", 0.0, is_positive, "a positive world length");
   if (map.has("fov") || map.has("distance")) view.projection = camera::Projection::perspective;
-  view.fov = map.get("fov", view.fov);
-  if (map.has("distance")) view.distance = map.get("distance", 0.0);
+  view.fov = checked(
+      map, "fov", view.fov, [](double fov) { return fov > 0 && fov < 180; },
+      "an angle between 0 and 180 degrees");
+  if (map.has("distance"))
+    view.distance = checked(map, "distance", 0.0, is_positive, "a positive world length");
   if (map.has("target")) view.target = vec3(map["target"], "target");
-  if (map.has("up")) view.up = vec3(map["up"], "up");
+  if (map.has("up")) view.up = direction(map["up"], "up", [](const Vec3& v) { return v.norm(); });
   return view;
 }
 
@@ -53,11 +85,12 @@ std::optional<render::Shading> read_shading(const YAML::Node& node) {
   }
   const YamlMap map(node, "shading", {"ambient", "diffuse", "specular", "exponent", "light"});
   render::Shading shading;
-  shading.ambient = map.get("ambient", shading.ambient);
-  shading.diffuse = map.get("diffuse", shading.diffuse);
-  shading.specular = map.get("specular", shading.specular);
-  shading.exponent = map.get("exponent", shading.exponent);
-  if (map.has("light")) shading.light = vec3(map["light"], "light");
+  shading.ambient = checked(map, "ambient", shading.ambient, is_not_negative, "a number of at least 0");
+  shading.diffuse = checked(map, "diffuse", shading.diffuse, is_not_negative, "a number of at least 0");
+  shading.specular = checked(map, "specular", shading.specular, is_not_negative, "a number of at least 0");
+  shading.exponent = checked(map, "exponent", shading.exponent, is_not_negative, "a number of at least 0");
+  if (map.has("light"))
+    shading.light = direction(map["light"], "light", [](const Vec3& v) { return v.stableNorm(); });
   return shading;
 }
 
@@ -79,10 +112,7 @@ SceneFile parse(const YAML::Node& root, const std::filesystem::path& folder) {
     }
     file.has_transfer = true;
   }
-  file.scene.reference_length = map.get("reference_length", 0.0);
-  if (map.has("reference_length") && !(file.scene.reference_length > 0)) {
-    YamlMap::fail(map["reference_length"], "reference_length: a positive world length is expected");
-  }
+  file.scene.reference_length = checked(map, "reference_length", 0.0, is_positive, "a positive world length");
   if (map.has("shading")) file.scene.shading = read_shading(map["shading"]);
   if (map.has("background")) {
     file.scene.background = vec3(map["background"], "background");

@@ -8,21 +8,12 @@
 #include "base/error.h"
 #include "io/header_text.h"
 #include "io/nrrd_header.h"
+#include "io/volume.h"
 
 namespace vol::io {
 namespace {
 
-constexpr const char* kKind = "precis.kind";
 const std::string kPrefix = "precis.spectrum.";
-
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '\\' || c == '\n') result += '\\';
-    result += c == '\n' ? 'n' : c;
-  }
-  return result;
-}
 
 std::string three(const Dims& d) {
   return std::to_string(d[0]) + " " + std::to_string(d[1]) + " " + std::to_string(d[2]);
@@ -68,7 +59,7 @@ class Keys {
 };
 
 fourier::SpectrumInfo info_of(nrrd::Header& header) {
-  const auto kind = header.attributes.find(kKind);
+  const auto kind = header.attributes.find(kKindKey);
   if (kind == header.attributes.end() || kind->second != "spectrum") {
     throw Error(header.name + ": is not a spectrum; make one with vol-fft");
   }
@@ -103,7 +94,7 @@ fourier::SpectrumInfo info_of(nrrd::Header& header) {
     throw Error(header.name, error);
   }
   for (const auto& [key, value] : header.attributes) {
-    if (key != kKind && !key.starts_with(kPrefix)) info.attributes[key] = value;
+    if (key != kKindKey && !key.starts_with(kPrefix)) info.attributes[key] = value;
   }
   return info;
 }
@@ -130,16 +121,16 @@ void write_spectrum(const std::filesystem::path& path, const fourier::Spectrum<T
                        std::to_string(info.padded[2]);
   if (several) header += " " + std::to_string(info.names.size());
   header += std::string("\nkinds: complex domain domain domain") + (several ? " list" : "") +
-            "\nendian: little\nencoding: raw\n" + kKind + ":=spectrum\n";  // early, for is_spectrum()
+            "\nendian: little\nencoding: raw\n" + kKindKey + ":=spectrum\n";  // early, for is_spectrum()
   auto all = info.attributes;
   for (const auto& [key, value] : attributes) all[key] = value;
   for (const auto& [key, value] : keys_of(info)) all[key] = value;
   for (const auto& [key, value] : all) {
     // A volume's attribute that the syntax cannot hold is no loss to its spectrum.
-    if (key == kKind || key.empty() || key[0] == '#' || key.find(':') != std::string::npos ||
+    if (key == kKindKey || key.empty() || key[0] == '#' || key.find(':') != std::string::npos ||
         value.find('\r') != std::string::npos)
       continue;
-    header += escaped(key) + ":=" + escaped(value) + "\n";
+    header += nrrd::escaped(key) + ":=" + nrrd::escaped(value) + "\n";
   }
   OutputFile out(path);
   out.write(header + "\n");
@@ -151,7 +142,7 @@ bool is_spectrum(InputFile& file) {
   const std::string_view begin = file.peek(4096);
   if (!begin.starts_with("NRRD")) return false;
   const std::string_view header = begin.substr(0, std::min(begin.find("\n\n"), begin.find("\n\r\n")));
-  const std::string line = std::string("\n") + kKind + ":=spectrum";
+  const std::string line = std::string("\n") + kKindKey + ":=spectrum";
   const std::size_t at = header.find(line);
   if (at == header.npos) return false;
   const std::size_t end = at + line.size();

@@ -313,6 +313,8 @@ void write_coefficients(const std::filesystem::path& path,
 
 Coefficients read_coefficients(InputFile& file, std::int64_t memory_limit) {
   return guarded(display_name(file.path()), [&] {
+    if (!is_vdb(file.peek(kVdbMagic.size())))
+      throw Error("holds no wavelet coefficients; make them with vol-dwt");
     const Archive archive = read_archive(file, memory_limit);
     const auto content = archive.metadata.find(kContentKey);
     if (content == archive.metadata.end() || content->second != "coefficients") {

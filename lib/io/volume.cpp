@@ -84,14 +84,19 @@ volume::Volume read_any(InputFile& file, const ReadOptions& options) {
   if (format == nullptr) {
     throw Error(
         name +
-        ": is none of the volume formats NRRD, MetaImage, VTK image data, NIfTI-1; for headerless data"
-        " give --raw-dims and --raw-type");
+        ": is none of the volume formats NRRD, MetaImage, VTK image data, NIfTI-1, OpenVDB; for headerless"
+        " data give --raw-dims and --raw-type");
   }
   require_choice(name, format->name, format->has_arrays, format->has_volumes, options);
   return format->read(file, options);
 }
 
 }  // namespace
+
+bool is_index(const volume::Volume& volume) {
+  const auto found = volume.attributes.find(kKindKey);
+  return found != volume.attributes.end() && found->second == kIndexKind;
+}
 
 std::string_view volume_format(InputFile& file) {
   const Format* format = find_format(file);

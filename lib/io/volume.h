@@ -44,6 +44,13 @@ struct ReadOptions {
 /// The same from a file that is open, so that a caller can look at its first bytes before.
 [[nodiscard]] volume::Volume read_volume(InputFile& file, const ReadOptions& options = {});
 
+/// The attribute that says what a file holds where that is no scalar field.
+inline constexpr const char* kKindKey = "precis.kind";
+inline constexpr const char* kIndexKind = "index";
+
+/// Whether a volume that was read is an index volume (index.h), whose voxels are packed entries.
+[[nodiscard]] bool is_index(const volume::Volume& volume);
+
 /// Name of the format that the first bytes tell ("NRRD", "MetaImage", ...), or "" where none is known.
 [[nodiscard]] std::string_view volume_format(InputFile& file);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 
 #include "base/error.h"
 #include "base/parallel.h"
@@ -10,7 +11,8 @@
 namespace vol::volume {
 namespace {
 
-constexpr std::int64_t kGrain = 1 << 18;  // voxels a task: large against the cost of a task, small against a volume
+/// Voxels a task: large against the cost of a task, small against a volume.
+constexpr std::int64_t kGrain = 1 << 18;
 
 template <class T>
 bool is_finite(T value) {
@@ -90,7 +92,16 @@ Volume allocate(VoxelType type, const GridGeometry& geometry) {
   geometry.validate();
   return dispatch(type, [&]<class T>() {
     Volume volume;
-    volume.grid = Grid<T>{geometry, Buffer<T>(static_cast<std::size_t>(geometry.count()))};
+    try {
+      volume.grid = Grid<T>{geometry, Buffer<T>(static_cast<std::size_t>(geometry.count()))};
+    } catch (const std::bad_alloc&) {
+      const auto& [nx, ny, nz] = geometry.dims;
+      throw Error(std::to_string(nx) + "x" + std::to_string(ny) + "x" + std::to_string(nz) +
+                  " voxels of type " + std::string(name(type)) + " take " +
+                  std::to_string(
+                      static_cast<std::int64_t>(static_cast<double>(geometry.count()) * sizeof(T) / 0x1p20)) +
+                  " MiB, more memory than there is");
+    }
     return volume;
   });
 }

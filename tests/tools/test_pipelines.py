@@ -190,6 +190,10 @@ class Renderers(unittest.TestCase):
         lines = renderers_table.winners(swept, "xray", {("d", "xray"): rows}).splitlines()[2:]
         self.assertEqual(lines, ["| d | 0.5 | 2e+03 | **1e+03** | - | 2.00 |", "| d | 0.2 | - | **1e+03** | - |  |", "| d | 0.01 | - | - | - |  |"])
 
+    def test_a_single_run_is_held_against_the_median_of_the_rounds(self):
+        self.assertEqual(renderers_table.lead([1, 2, 4], [10]), "5.00")  # not 10 / 1, of which only the first is round by round
+        self.assertEqual(renderers_table.lead([1, 2, 4], [2, 4, 8]), "2.00")
+
     def test_xrays_of_the_phantom_are_sums_of_its_samples(self):
         # By Poisson's formula: what a sum over all z misses of the integral is exp(-2 pi^2 sigma^2), sigma 1 and more.
         edge = 24
