@@ -6,6 +6,7 @@
 #include "base/parallel.h"
 #include "base/rng.h"
 #include "noise_volume.h"
+#include "render/parallel_view.h"
 #include "render/wavelet_footprints.h"
 #include "render/wavelet_xray.h"
 #include "wavelet/dwt.h"
@@ -184,6 +185,39 @@ TEST(WaveletFootprints, ThreadsDoNotMatter) {
     EXPECT_EQ(one.counts.samples, two.counts.samples);
   }
   set_thread_count(before);
+}
+
+// Footprints that reach over all edges of the picture, and pictures of one block of rows, several and many,
+// which are added up in other ways.
+TEST(WaveletFootprints, ClippedPicturesAndThoseOfManyBlocks) {
+  const auto field = expansion(noise({24, 16, 20}, 9), "daubechies-8", 1, 1000);
+  const WaveletXray exact(field);
+  struct Case {
+    double width;  // of the picture, in the volume's largest edges
+    RenderOptions options;
+  };
+  for (const auto& [width, options] :
+       {Case{0.5, {.width = 23, .height = 17}}, Case{0.9, {.width = 40, .height = 9}},
+        Case{10, {.width = 1100, .height = 150}}, Case{10, {.width = 1100, .height = 1040}}}) {
+    Scene scene = view(30, 20);
+    scene.view.width = width * 23;
+    WaveletFootprints footprints(field, scene, options, 1e-2);
+    EXPECT_GT(footprints.report().terms_tables, 0) << width;
+    const auto image = footprints.draw().image;
+    const ParallelView rays(field.geometry(), scene.view, options.width, options.height);
+    Rng rng(1);
+    const auto near_middle = [&](int size) {
+      const double half = std::min(0.5 * size, 70.0);
+      return static_cast<int>(0.5 * size + rng.uniform(-half, half));
+    };
+    for (int n = 0; n < 500; ++n) {
+      const int x = near_middle(options.width), y = near_middle(options.height);
+      const auto cast = rays.cast(x, y);
+      std::int64_t terms = 0, pieces = 0;
+      const double truth = cast ? exact.integral(cast->ray, cast->chord, terms, pieces) : 0;
+      EXPECT_NEAR(image.at(x, y, 0), truth, footprints.report().allowed) << width << " " << x << " " << y;
+    }
+  }
 }
 
 TEST(WaveletFootprints, RefusesWhatItCannotDo) {
