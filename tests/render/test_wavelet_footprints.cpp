@@ -190,7 +190,7 @@ TEST(WaveletFootprints, ThreadsDoNotMatter) {
 // Footprints that reach over all edges of the picture, and pictures of one block of rows, several and many,
 // which are added up in other ways.
 TEST(WaveletFootprints, ClippedPicturesAndThoseOfManyBlocks) {
-  const auto field = expansion(noise({24, 16, 20}, 9), "daubechies-8", 1, 1000);
+  const auto field = expansion(noise({24, 16, 20}, 9), "daubechies-4", 1, 3000);
   const WaveletXray exact(field);
   struct Case {
     double width;  // of the picture, in the volume's largest edges
@@ -198,7 +198,7 @@ TEST(WaveletFootprints, ClippedPicturesAndThoseOfManyBlocks) {
   };
   for (const auto& [width, options] :
        {Case{0.5, {.width = 23, .height = 17}}, Case{0.9, {.width = 40, .height = 9}},
-        Case{10, {.width = 1100, .height = 150}}, Case{10, {.width = 1100, .height = 1040}}}) {
+        Case{20, {.width = 1100, .height = 150}}, Case{20, {.width = 1100, .height = 1040}}}) {
     Scene scene = view(30, 20);
     scene.view.width = width * 23;
     WaveletFootprints footprints(field, scene, options, 1e-2);
@@ -207,7 +207,7 @@ TEST(WaveletFootprints, ClippedPicturesAndThoseOfManyBlocks) {
     const ParallelView rays(field.geometry(), scene.view, options.width, options.height);
     Rng rng(1);
     const auto near_middle = [&](int size) {
-      const double half = std::min(0.5 * size, 70.0);
+      const double half = std::min(0.5 * size, 30.0);
       return static_cast<int>(0.5 * size + rng.uniform(-half, half));
     };
     for (int n = 0; n < 500; ++n) {
