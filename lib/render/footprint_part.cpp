@@ -215,53 +215,66 @@ std::vector<std::uint32_t> order_by_place(const FootprintPart& part) {
   return order;
 }
 
-/// Deviation of what is drawn from the truth, at lines through random places of the function.
-void measure(const wavelet::Expansion& expansion, const ParallelView& view, FootprintGroup& group) {
-  const std::size_t count = group.cut < 0 ? 400 : 80;
+/// Lines through random places of a part's function, and their integrals.
+std::vector<FootprintLine> random_lines(const wavelet::Expansion& expansion, const ParallelView& view,
+                                        const FootprintGroup& group, const FootprintPart& part,
+                                        std::uint64_t seed) {
+  std::vector<FootprintLine> lines(group.cut < 0 ? 400 : 80);
   const Vec3& direction = view.direction();
+  const wavelet::Band& band = *part.band;
+  const Box3 box = support(part, group.axis, group.below);
+  const double scale = band.scale[group.axis];
+  const double far = 4 * scale * (band.upper - band.lower).sum() / direction.norm();
+  Rng rng(seed);
+  for (auto& line : lines) {
+    Vec3 u;
+    for (int a = 0; a < 3; ++a) u[a] = rng.uniform(box.min[a], box.max[a]);
+    const Vec3 place = u.cwiseProduct(band.scale) - band.shift;
+    double begin = -far, end = far;
+    if (part.cut >= 0) {
+      const double t = (part.limit - u[group.axis]) * scale / direction[group.axis];
+      (t > 0 ? end : begin) = t;
+    }
+    const auto at = view.pixel(place);
+    line = {at[0] - part.first[0], at[1] - part.first[1],
+            wavelet::line_integral(expansion, band, {1, {0, 0, 0}}, place, direction, begin, end) *
+                std::abs(direction[group.axis]) / scale};
+  }
+  return lines;
+}
+
+/// What is drawn of a footprint, at a place from its centre.
+double drawn_value(const FootprintGroup& group, const FootprintPart& part, double column, double row) {
+  if (!part.phases) {
+    const auto& m = part.matrix;
+    return group.tables[part.table].value(part.centre[0] + m[0][0] * column + m[0][1] * row,
+                                          part.centre[1] + m[1][0] * column + m[1][1] * row);
+  }
+  const auto& phases = *part.phases;
+  const double i = std::floor(column) + 1, j = std::floor(row) + 1;
+  const Splat splat{1, 0, 0, static_cast<float>((i - column) * phases.column_phases),
+                    static_cast<float>((j - row) * phases.row_phases)};
+  return splat_value(phases, splat, static_cast<int>(i), static_cast<int>(j));
+}
+
+/// Deviation of what is drawn from the truth.
+void measure(const wavelet::Expansion& expansion, const ParallelView& view, FootprintGroup& group) {
   std::vector<double> squares(group.parts.size()), largest(group.parts.size());
   parallel_for(0, static_cast<std::int64_t>(group.parts.size()), 1, [&](std::int64_t from, std::int64_t to) {
     for (auto n = static_cast<std::size_t>(from); n < static_cast<std::size_t>(to); ++n) {
-      const FootprintPart& part = group.parts[n];
-      const wavelet::Band& band = *part.band;
-      const Box3 box = support(part, group.axis, group.below);
-      const double scale = band.scale[group.axis];
-      const double far = 4 * scale * (band.upper - band.lower).sum() / direction.norm();
-      Rng rng(n + 1);
-      for (std::size_t s = 0; s < count; ++s) {
-        Vec3 u;
-        for (int a = 0; a < 3; ++a) u[a] = rng.uniform(box.min[a], box.max[a]);
-        const Vec3 place = u.cwiseProduct(band.scale) - band.shift;
-        double begin = -far, end = far;
-        if (part.cut >= 0) {
-          const double t = (part.limit - u[group.axis]) * scale / direction[group.axis];
-          (t > 0 ? end : begin) = t;
-        }
-        const double truth =
-            wavelet::line_integral(expansion, band, {1, {0, 0, 0}}, place, direction, begin, end) *
-            std::abs(direction[group.axis]) / scale;
-        const auto at = view.pixel(place);
-        const double column = at[0] - part.first[0], row = at[1] - part.first[1];  // from the centre
-        double drawn = 0;
-        if (part.phases) {
-          const auto& phases = *part.phases;
-          const double i = std::floor(column) + 1, j = std::floor(row) + 1;
-          const Splat splat{1, 0, 0, static_cast<float>((i - column) * phases.column_phases),
-                            static_cast<float>((j - row) * phases.row_phases)};
-          drawn = splat_value(phases, splat, static_cast<int>(i), static_cast<int>(j));
-        } else {
-          const auto& m = part.matrix;
-          drawn = group.tables[part.table].value(part.centre[0] + m[0][0] * column + m[0][1] * row,
-                                                 part.centre[1] + m[1][0] * column + m[1][1] * row);
-        }
-        squares[n] += (drawn - truth) * (drawn - truth);
-        largest[n] = std::max(largest[n], std::abs(drawn - truth));
+      FootprintPart& part = group.parts[n];
+      if (part.lines.empty()) part.lines = random_lines(expansion, view, group, part, n + 1);
+      for (const auto& line : part.lines) {
+        const double error = drawn_value(group, part, line.column, line.row) - line.integral;
+        squares[n] += error * error;
+        largest[n] = std::max(largest[n], std::abs(error));
       }
     }
   });
   group.rms = group.largest = 0;
   for (std::size_t n = 0; n < group.parts.size(); ++n) {
-    group.rms = std::max(group.rms, std::sqrt(squares[n] / static_cast<double>(count)));
+    const auto count = static_cast<double>(group.parts[n].lines.size());
+    group.rms = std::max(group.rms, std::sqrt(squares[n] / count));
     group.largest = std::max(group.largest, largest[n]);
   }
 }

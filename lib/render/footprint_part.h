@@ -13,6 +13,11 @@
 
 namespace vol::render {
 
+/// A line, by its pixel from a footprint's centre, and its true integral.
+struct FootprintLine {
+  double column = 0, row = 0, integral = 0;
+};
+
 /// Terms of one band that share a footprint: all of them, or, cut off at the face where rays enter (leave),
 /// those at one distance from it, of which what is outside counts.
 struct FootprintPart {
@@ -37,6 +42,7 @@ struct FootprintPart {
   /// With phases, numbers of terms: those at the same place between pixels together, as they read the same
   /// planes.
   std::vector<std::uint32_t> order;
+  std::vector<FootprintLine> lines;  ///< that tables of any quality are held against
 
   [[nodiscard]] std::span<const wavelet::Term> terms() const {
     return cut < 0 ? std::span<const wavelet::Term>(band->terms) : std::span<const wavelet::Term>(own_terms);

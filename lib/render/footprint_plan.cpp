@@ -362,7 +362,8 @@ void plan_tables(double error, const Checks& checks, FootprintPicture& picture, 
     const auto has_phases = [](const FootprintPart& part) { return part.phases.has_value(); };
     if (std::all_of(group.parts.begin(), group.parts.end(), has_phases)) group.tables.clear();
     report.table_bytes += group.bytes();
-    for (const auto& part : group.parts) {
+    for (auto& part : group.parts) {
+      part.lines = {};
       if (group.cut < 0) report.terms_tables += static_cast<std::int64_t>(part.terms().size());
     }
   }
