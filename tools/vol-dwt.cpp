@@ -90,10 +90,11 @@ void declare(CLI::App& app, Options& o) {
                      "finest 1; s: number of scaling functions")
           ->check(CLI::IsMember({"gross", "muraki", "energy", "amplitude"}))
           ->capture_default_str();
-  auto* region =
-      app.add_option("--region", o.region,
-                     "x0,y0,z0:x1,y1,z1, voxels, half open: all detail inside; outside what the criterion "
-                     "keeps, or only the approximation where there is none");
+  auto* region = app.add_option(
+      "--region", o.region,
+      "x0,y0,z0:x1,y1,z1, voxels, half open: all detail inside; outside what the criterion "
+      "keeps, or only the approximation where there is none. With --initialise interpolate the box is "
+      "of the coefficients c0: voxels within phi's support of its edge are approximate");
   for (auto* option : {keep, share, threshold, measure, region}) option->group(rejection)->excludes(inverse);
   keep->excludes(share)->excludes(threshold);
   share->excludes(threshold);

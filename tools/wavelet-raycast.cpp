@@ -212,7 +212,8 @@ void draw_on_the_way(const wavelet::Expansion& expansion, const render::Scene& s
   std::optional<Clock::time_point> last;
   std::int64_t written = 0;
   for (auto level = levels.rbegin(); level != levels.rend() && *level != *levels.begin(); ++level) {
-    auto result = record.timed("coarse", [&] { return draw(expansion.from_level(*level)); });
+    auto result =
+        record.timed("coarse", [&] { return draw(expansion.from_level(*level, o.expansion.memory_limit)); });
     if (last && std::chrono::duration<double>(Clock::now() - *last).count() < *o.every) continue;
     result.image.attributes["precis.levels_drawn"] =
         std::to_string(*level) + ":" + std::to_string(*levels.rbegin());

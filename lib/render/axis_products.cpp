@@ -114,7 +114,8 @@ std::optional<AxisProducts> AxisProducts::make(const wavelet::Expansion& expansi
   return result;
 }
 
-double AxisProducts::argument(const Item& item, std::size_t which, const PixelRow& row, std::size_t x) const {
+double AxisProducts::factor_at(const Item& item, std::size_t which, const PixelRow& row,
+                               std::size_t x) const {
   const auto i = static_cast<std::size_t>((axis_ + 1 + static_cast<int>(which)) % 3);
   const auto b = static_cast<Eigen::Index>(i);
   double place = row.middle[i][x];
@@ -122,7 +123,7 @@ double AxisProducts::argument(const Item& item, std::size_t which, const PixelRo
     place +=
         direction_[b] / direction_[axis_] * (item.plane - row.middle[static_cast<std::size_t>(axis_)][x]);
   }
-  return (place + item.band->shift[b]) / item.band->scale[b] - item.term->k[i];
+  return item.factor[which]->value((place + item.band->shift[b]) / item.band->scale[b], item.term->k[i]);
 }
 
 void AxisProducts::add(const std::vector<PixelRow>& rays, int first, int count, std::int64_t stride,
@@ -138,8 +139,7 @@ void AxisProducts::add(const std::vector<PixelRow>& rays, int first, int count, 
     if (columns_ < 2) {
       for (int x = begin; x < end; ++x) {
         const auto i = static_cast<std::size_t>(x);
-        across[i] = item.factor[columns_]->value(
-            argument(item, columns_, rays[static_cast<std::size_t>(hit_row_)], i));
+        across[i] = factor_at(item, columns_, rays[static_cast<std::size_t>(hit_row_)], i);
       }
     }
     for (int y = top; y < bottom; ++y) {
@@ -150,8 +150,8 @@ void AxisProducts::add(const std::vector<PixelRow>& rays, int first, int count, 
         --met[(y - first) * stride + end];
       }
       if (columns_ < 2) {
-        const double u = argument(item, 1 - columns_, row, static_cast<std::size_t>(hit_column_));
-        const double down = item.amplitude * item.factor[1 - columns_]->value(u);
+        const double down =
+            item.amplitude * factor_at(item, 1 - columns_, row, static_cast<std::size_t>(hit_column_));
         if (down == 0) continue;
         for (int x = begin; x < end; ++x) out[x] += down * across[static_cast<std::size_t>(x)];
         continue;
@@ -159,8 +159,7 @@ void AxisProducts::add(const std::vector<PixelRow>& rays, int first, int count, 
       for (int x = begin; x < end; ++x) {
         const auto i = static_cast<std::size_t>(x);
         if (row.half[i] < 0) continue;
-        out[x] += item.amplitude * item.factor[0]->value(argument(item, 0, row, i)) *
-                  item.factor[1]->value(argument(item, 1, row, i));
+        out[x] += item.amplitude * factor_at(item, 0, row, i) * factor_at(item, 1, row, i);
       }
     }
   }

@@ -40,10 +40,10 @@ class AxisProducts {
     double plane = 0;               ///< index coordinate, along the axis, of the middle of its support
     std::array<double, 4> reach{};  ///< least and most column, least and most row
   };
-  /// Argument of one of the two functions where the ray of a pixel passes the item's plane; the arithmetic is
-  /// that of wavelet::line_integral, so that at a jump both take the same side.
-  [[nodiscard]] double argument(const Item& item, std::size_t which, const PixelRow& row,
-                                std::size_t x) const;
+  /// One of the two functions where the ray of a pixel passes the item's plane; the arithmetic is that of
+  /// wavelet::line_integral, so that at a jump both take the same side.
+  [[nodiscard]] double factor_at(const Item& item, std::size_t which, const PixelRow& row,
+                                 std::size_t x) const;
 
   int axis_ = 2;
   int width_ = 0;

@@ -14,27 +14,6 @@ HWY_BEFORE_NAMESPACE();
 namespace vol::render::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Lanes of a picture: sums of taps are made in float and added to it as T.
-template <class T>
-struct PictureLanes;
-template <>
-struct PictureLanes<float> {
-  hn::ScalableTag<float> sum, out;
-  template <class V>
-  HWY_INLINE V promoted(V v) const {
-    return v;
-  }
-};
-template <>
-struct PictureLanes<double> {
-  hn::CappedTag<double, 8> out;
-  hn::Rebind<float, hn::CappedTag<double, 8>> sum;
-  template <class V>
-  HWY_INLINE auto promoted(V v) const {
-    return hn::PromoteTo(out, v);
-  }
-};
-
 /// Sum of the taps at a place of their planes.
 template <int kTaps, class D>
 HWY_INLINE hn::Vec<D> sum_of_taps(D tag, const FootprintTaps& taps, std::int64_t at) {
@@ -47,101 +26,79 @@ HWY_INLINE hn::Vec<D> sum_of_taps(D tag, const FootprintTaps& taps, std::int64_t
   return hn::Add(even, odd);
 }
 
-template <int kTaps, class T>
-HWY_INLINE void add_row(const FootprintTaps& taps, std::int64_t offset, T amplitude, int begin, int end,
-                        T* HWY_RESTRICT out) {
-  const PictureLanes<T> picture;
-  const auto tag = picture.sum;
-  const auto lanes = static_cast<int>(hn::Lanes(tag));
-  const auto scale = hn::Set(picture.out, amplitude);
-  for (int i = begin; i < end; i += lanes) {
-    auto sum = picture.promoted(sum_of_taps<kTaps>(tag, taps, offset + i));
-    if (i + lanes > end) {
-      sum = hn::IfThenElseZero(hn::FirstN(picture.out, static_cast<std::size_t>(end - i)), sum);
-    }
-    hn::StoreU(hn::MulAdd(scale, sum, hn::LoadU(picture.out, out + i)), picture.out, out + i);
-  }
-}
-
-/// A row in whole chunks of columns.
+/// out += amplitude times a chunk of the taps' planes. Sums of taps are float.
 template <int kTaps, int kChunk, class T>
-HWY_INLINE void add_chunks(const FootprintTaps& taps, std::int64_t offset, int count, const T* weights,
-                           T* HWY_RESTRICT out) {
+HWY_INLINE void add_chunk(const FootprintTaps& taps, std::int64_t at, T amplitude, T* HWY_RESTRICT out) {
   const hn::CappedTag<T, kChunk> wide;
   const hn::Rebind<float, decltype(wide)> tag;
-  const auto lanes = static_cast<int>(hn::Lanes(tag));
-  for (int i = 0; i < count * kChunk; i += lanes) {
-    const auto sum = sum_of_taps<kTaps>(tag, taps, offset + i);
+  const auto scale = hn::Set(wide, amplitude);
+  const auto lanes = static_cast<int>(hn::Lanes(wide));
+  for (int i = 0; i < kChunk; i += lanes) {
+    const auto sum = sum_of_taps<kTaps>(tag, taps, at + i);
+    const auto before = hn::LoadU(wide, out + i);
     if constexpr (sizeof(T) == sizeof(float)) {
-      hn::StoreU(hn::MulAdd(hn::Set(wide, *weights), sum, hn::LoadU(wide, out + i)), wide, out + i);
+      hn::StoreU(hn::MulAdd(scale, sum, before), wide, out + i);
     } else {
-      hn::StoreU(hn::MulAdd(hn::Set(wide, *weights), hn::PromoteTo(wide, sum), hn::LoadU(wide, out + i)),
-                 wide, out + i);
+      hn::StoreU(hn::MulAdd(scale, hn::PromoteTo(wide, sum), before), wide, out + i);
     }
   }
 }
 
 template <int kTaps, int kChunk, class T>
-HWY_INLINE void add_splats_of(const FootprintPhases& phases, const Splat* splats, std::size_t count,
-                              const PictureRows<T>& picture) {
-  for (std::size_t s = 0; s < count; ++s) {
-    const Splat& splat = splats[s];
+HWY_INLINE void add_splats_of(const FootprintPhases& phases, const std::int32_t* offsets,
+                              std::span<const Splat> splats, const PictureRows<T>& picture) {
+  for (const Splat& splat : splats) {
     const int top = splat.row + phases.first_row;
     const int from = std::max(picture.first - top, 0);
     const int to = std::min(picture.first + picture.count - top, phases.rows);
     if (from >= to) continue;
     const int left = splat.column + phases.first_column;
-    if (left + phases.columns <= 0 || left >= picture.width) continue;
+    if (left + phases.columns_reached <= 0 || left >= picture.width) continue;
     FootprintTaps taps;
     find_taps<kTaps>(phases, splat, taps);
     const T amplitude = static_cast<T>(splat.amplitude);
-    T* HWY_RESTRICT out = picture.values + (top + from - picture.first) * picture.stride + left;
-    if (picture.window == nullptr && left >= kColumnMargin &&
-        left + phases.stride <= picture.width + kFootprintPadding) {
-      const FootprintPhases::Chunks* chunks = phases.chunks.data();
-      for (int row = from; row < to; ++row, out += picture.stride) {
-        add_chunks<kTaps, kChunk>(taps, row * phases.stride + chunks[row].begin, chunks[row].count,
-                                  &amplitude, out + chunks[row].begin);
+    T* HWY_RESTRICT out = picture.values + (top - picture.first) * picture.stride + left;
+    const std::int32_t begin = phases.begin[static_cast<std::size_t>(from)],
+                       end = phases.begin[static_cast<std::size_t>(to)];
+    // One loop over all rows: its end is foreseen better than those of many short ones.
+    if (left >= -kFootprintPadding && left + phases.columns_reached <= picture.width + kFootprintPadding) {
+      for (std::int32_t c = begin; c < end; ++c) {
+        add_chunk<kTaps, kChunk>(taps, std::int64_t{c} * kChunk, amplitude, out + offsets[c]);
       }
       continue;
     }
-    for (int row = from; row < to; ++row, out += picture.stride) {
-      const int line = top + row - picture.first;
-      int begin = std::max(phases.runs[static_cast<std::size_t>(row)].begin, -left);
-      int end = std::min(phases.runs[static_cast<std::size_t>(row)].end, picture.width - left);
-      if (picture.window != nullptr) {
-        begin = std::max(begin, picture.window[line].begin - left);
-        end = std::min(end, picture.window[line].end - left);
-      }
-      if (begin < end) add_row<kTaps>(taps, row * phases.stride, amplitude, begin, end, out);
+    for (std::int32_t c = begin; c < end; ++c) {
+      const int column = left + phases.columns[static_cast<std::size_t>(c)];
+      if (column <= -kChunk || column >= picture.width) continue;
+      add_chunk<kTaps, kChunk>(taps, std::int64_t{c} * kChunk, amplitude, out + offsets[c]);
     }
   }
 }
 
 template <class T>
-HWY_INLINE void add_all_splats(const FootprintPhases& phases, const Splat* splats, std::size_t count,
-                               const PictureRows<T>& picture) {
+HWY_INLINE void add_all_splats(const FootprintPhases& phases, const std::int32_t* offsets,
+                               std::span<const Splat> splats, const PictureRows<T>& picture) {
   if (phases.taps == Taps::cubic) {
     if (phases.chunk == 8) {
-      add_splats_of<16, 8>(phases, splats, count, picture);
+      add_splats_of<16, 8>(phases, offsets, splats, picture);
     } else {
-      add_splats_of<16, 16>(phases, splats, count, picture);
+      add_splats_of<16, 16>(phases, offsets, splats, picture);
     }
   } else if (phases.chunk == 8) {
-    add_splats_of<4, 8>(phases, splats, count, picture);
+    add_splats_of<4, 8>(phases, offsets, splats, picture);
   } else {
-    add_splats_of<4, 16>(phases, splats, count, picture);
+    add_splats_of<4, 16>(phases, offsets, splats, picture);
   }
 }
 
-HWY_ATTR void add_splats_float(const FootprintPhases& phases, const Splat* splats, std::size_t count,
-                               const PictureRows<float>& picture) {
-  add_all_splats(phases, splats, count, picture);
+HWY_ATTR void add_splats_float(const FootprintPhases& phases, const std::int32_t* offsets,
+                               std::span<const Splat> splats, const PictureRows<float>& picture) {
+  add_all_splats(phases, offsets, splats, picture);
 }
 
-HWY_ATTR void add_splats_double(const FootprintPhases& phases, const Splat* splats, std::size_t count,
-                                const PictureRows<double>& picture) {
-  add_all_splats(phases, splats, count, picture);
+HWY_ATTR void add_splats_double(const FootprintPhases& phases, const std::int32_t* offsets,
+                                std::span<const Splat> splats, const PictureRows<double>& picture) {
+  add_all_splats(phases, offsets, splats, picture);
 }
 
 HWY_ATTR void add_octants(const OctantCell& cell, const OctantLevel& level, const RayRow& row, int begin,
@@ -219,14 +176,14 @@ HWY_EXPORT(add_splats_float);
 HWY_EXPORT(add_splats_double);
 HWY_EXPORT(add_octants);
 
-void add_splats(const FootprintPhases& phases, const Splat* splats, std::size_t count,
-                const PictureRows<float>& picture) {
-  HWY_DYNAMIC_DISPATCH(add_splats_float)(phases, splats, count, picture);
+void add_splats(const FootprintPhases& phases, const std::vector<std::int32_t>& offsets,
+                std::span<const Splat> splats, const PictureRows<float>& picture) {
+  HWY_DYNAMIC_DISPATCH(add_splats_float)(phases, offsets.data(), splats, picture);
 }
 
-void add_splats(const FootprintPhases& phases, const Splat* splats, std::size_t count,
-                const PictureRows<double>& picture) {
-  HWY_DYNAMIC_DISPATCH(add_splats_double)(phases, splats, count, picture);
+void add_splats(const FootprintPhases& phases, const std::vector<std::int32_t>& offsets,
+                std::span<const Splat> splats, const PictureRows<double>& picture) {
+  HWY_DYNAMIC_DISPATCH(add_splats_double)(phases, offsets.data(), splats, picture);
 }
 
 void add_octants(const OctantCell& cell, const OctantLevel& level, const RayRow& row, int begin, int end,
@@ -234,11 +191,19 @@ void add_octants(const OctantCell& cell, const OctantLevel& level, const RayRow&
   HWY_DYNAMIC_DISPATCH(add_octants)(cell, level, row, begin, end, values);
 }
 
+std::vector<std::int32_t> FootprintPhases::offsets(std::int64_t stride) const {
+  std::vector<std::int32_t> found(columns.size());
+  for (std::size_t row = 0; row + 1 < begin.size(); ++row) {
+    for (auto c = static_cast<std::size_t>(begin[row]); c < static_cast<std::size_t>(begin[row + 1]); ++c) {
+      found[c] = columns[c] + static_cast<std::int32_t>(static_cast<std::int64_t>(row) * stride);
+    }
+  }
+  return found;
+}
+
 double splat_value(const FootprintPhases& phases, const Splat& splat, int column, int row) {
   const int i = column - splat.column - phases.first_column, j = row - splat.row - phases.first_row;
   if (j < 0 || j >= phases.rows) return 0;
-  const auto& run = phases.runs[static_cast<std::size_t>(j)];
-  if (i < run.begin || i >= run.end) return 0;
   FootprintTaps taps;
   const bool cubic = phases.taps == Taps::cubic;
   if (cubic) {
@@ -247,10 +212,16 @@ double splat_value(const FootprintPhases& phases, const Splat& splat, int column
     find_taps<4>(phases, splat, taps);
   }
   double sum = 0;
-  for (int t = 0; t < (cubic ? 16 : 4); ++t) {
-    sum += static_cast<double>(taps.weight[t]) * static_cast<double>(taps.plane[t][j * phases.stride + i]);
+  for (auto c = phases.begin[static_cast<std::size_t>(j)]; c < phases.begin[static_cast<std::size_t>(j) + 1];
+       ++c) {
+    const int within = i - phases.columns[static_cast<std::size_t>(c)];
+    if (within < 0 || within >= phases.chunk) continue;
+    for (int t = 0; t < (cubic ? 16 : 4); ++t) {
+      sum += static_cast<double>(taps.weight[t]) *
+             static_cast<double>(taps.plane[t][std::int64_t{c} * phases.chunk + within]);
+    }
   }
-  return splat.amplitude * sum;
+  return static_cast<double>(splat.amplitude) * sum;
 }
 
 }  // namespace vol::render

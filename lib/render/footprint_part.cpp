@@ -5,7 +5,6 @@
 
 #include "base/parallel.h"
 #include "base/rng.h"
-#include "render/footprint_taps.h"
 
 namespace vol::render {
 namespace {
@@ -26,9 +25,9 @@ int phase_count(const FootprintPart& part, std::size_t direction, double step) {
   return static_cast<int>(std::clamp(std::ceil(across / step), 1.0, 4096.0));
 }
 
-/// How phases are sampled: cubic ones twice as far apart have the error of linear ones. They
-/// take four times the additions a pixel, of a quarter of the memory, which counts more where planes are read
-/// once.
+/// How phases are sampled: cubic ones twice as far apart have the error of linear ones. They take four times
+/// the additions a pixel, of a quarter of the memory and of the time to make them, which counts where there
+/// are few terms.
 struct Sampling {
   double step;
   Taps taps;
@@ -37,24 +36,31 @@ Sampling sampling(const FootprintPart& part, const FootprintQuality& quality) {
   if (quality.taps == Taps::cubic) return {quality.step, quality.taps};
   const double places =
       static_cast<double>(phase_count(part, 0, quality.step)) * phase_count(part, 1, quality.step);
-  if (static_cast<double>(part.terms().size()) > 4 * places) return {quality.step, Taps::linear};
+  if (static_cast<double>(part.terms().size()) > 0.5 * places) return {quality.step, Taps::linear};
   return {2 * quality.step, Taps::cubic};
 }
 
 struct Window {
   int first_column, first_row, columns, rows;
 };
-/// Pixels n with n - place in reach, for places in [0, 1).
-Window window(const FootprintPart& part) {
-  const int column = ceil_pixel(part.reach[0]), row = ceil_pixel(part.reach[2]);
-  return {column, row, floor_pixel(part.reach[1]) + 2 - column, floor_pixel(part.reach[3]) + 2 - row};
+/// Pixels n with n - place in reach, for all places that planes are of.
+Window window(const FootprintPart& part, const Sampling& sampling) {
+  const auto range = [&](std::size_t direction) {
+    const double beyond =
+        sampling.taps == Taps::cubic ? 1.0 / phase_count(part, direction, sampling.step) : 0;
+    const int first = ceil_pixel(part.reach[2 * direction] - beyond);
+    return std::array{first, floor_pixel(part.reach[2 * direction + 1] + 1 + beyond) + 1 - first};
+  };
+  const auto columns = range(0), rows = range(1);
+  return {columns[0], rows[0], columns[1], rows[1]};
 }
 
 /// Values of all phases.
-double phase_values(const FootprintPart& part, double step) {
-  const Window w = window(part);
-  return static_cast<double>(phase_count(part, 0, step)) * phase_count(part, 1, step) * (w.columns + 12.0) *
-         (w.rows + 4.0);
+double phase_values(const FootprintPart& part, const Sampling& sampling) {
+  const Window w = window(part, sampling);
+  const double beyond = sampling.taps == Taps::cubic ? 3 : 1;
+  return (phase_count(part, 0, sampling.step) + beyond) * (phase_count(part, 1, sampling.step) + beyond) *
+         (w.columns + 8.0) * w.rows;
 }
 
 /// Few terms look into the table themselves.
@@ -64,136 +70,211 @@ bool wants_phases(const FootprintPart& part, const FootprintQuality& quality) {
   return static_cast<double>(part.terms().size()) > 0.05 * places;
 }
 
-void make_runs(FootprintPhases& phases, double negligible) {
-  float largest = 0;
-  for (const float v : phases.values) largest = std::max(largest, std::abs(v));
-  const auto least = static_cast<float>(negligible) * largest;
-  const std::int64_t plane = phases.stride * (phases.rows + 2 * kRowMargin);
-  const int planes = phases.column_phases * phases.row_phases;
-  phases.runs.assign(static_cast<std::size_t>(phases.rows), {phases.columns, 0});
-  for (int p = 0; p < planes; ++p) {
-    for (int row = 0; row < phases.rows; ++row) {
-      const float* line =
-          phases.values.data() + p * plane + (row + kRowMargin) * phases.stride + kColumnMargin;
-      auto& run = phases.runs[static_cast<std::size_t>(row)];
-      for (int i = 0; i < run.begin && i < phases.columns; ++i) {
-        if (std::abs(line[i]) > least) run.begin = i;
-      }
-      for (int i = phases.columns; i > run.end && i > 0; --i) {
-        if (std::abs(line[i - 1]) > least) run.end = i;
-      }
-    }
-  }
-  int longest = 0;
-  for (auto& run : phases.runs) {
-    if (run.begin >= run.end) run = {0, 0};
-    longest = std::max(longest, run.end - run.begin);
-  }
-  phases.chunk = longest <= 8 ? 8 : 16;
-  for (const auto& run : phases.runs) {
-    const int count = (run.end - run.begin + phases.chunk - 1) / phases.chunk;
-    // What is beyond the columns on the left is margin, that on the right too, up to the stride.
-    const int last = static_cast<int>(phases.stride) - 2 * kColumnMargin - count * phases.chunk;
-    phases.chunks.push_back({std::min(run.begin, last), count});
-  }
-}
+/// Columns begin .. end - 1 of a row.
+struct Run {
+  int begin, end;
+};
 
-FootprintPhases make_phases(const FootprintPart& part, const wavelet::FootprintTable& table,
-                            const FootprintQuality& quality, double negligible) {
-  FootprintPhases phases;
-  const Sampling samples = sampling(part, quality);
-  phases.taps = samples.taps;
-  phases.column_phases = phase_count(part, 0, samples.step);
-  phases.row_phases = phase_count(part, 1, samples.step);
-  const Window w = window(part);
-  phases.first_column = w.first_column;
-  phases.first_row = w.first_row;
-  phases.columns = w.columns;
-  phases.rows = w.rows;
-  phases.stride = (w.columns <= 8 ? 8 : (w.columns + 15) / 16 * 16) + 2 * kColumnMargin;
-  const std::int64_t plane = phases.stride * (w.rows + 2 * kRowMargin);
-  phases.values.assign(
-      static_cast<std::size_t>(plane * phases.column_phases * phases.row_phases + kFootprintPadding), 0.0F);
+/// A footprint at the pixels of a window, for the places p / column_phases, q / row_phases below 1.
+struct Planes {
+  int across = 1, down = 1;
+  Window window{};
+  Buffer<float> values;   ///< [q][p][row][column]
+  std::vector<Run> runs;  ///< [q][p][row]: columns that are not negligible
+
+  [[nodiscard]] std::size_t at(int q, int p, int row) const {
+    return static_cast<std::size_t>((std::int64_t{q} * across + p) * window.rows + row);
+  }
+};
+
+Planes sample_planes(const FootprintPart& part, const wavelet::FootprintTable& table, const Sampling& samples,
+                     double least) {
+  Planes planes{
+      phase_count(part, 0, samples.step), phase_count(part, 1, samples.step), window(part, samples), {}, {}};
+  const Window& w = planes.window;
+  planes.runs.resize(planes.at(planes.down, 0, 0));
+  planes.values = Buffer<float>(planes.runs.size() * static_cast<std::size_t>(w.columns), 0.0F);
   const auto& m = part.matrix;
-  parallel_for(0, phases.row_phases, 1, [&](std::int64_t from, std::int64_t to) {
-    for (std::int64_t q = from; q < to; ++q) {
-      for (int p = 0; p < phases.column_phases; ++p) {
-        float* out = phases.values.data() + (q * phases.column_phases + p) * plane;
+  parallel_for(0, planes.down, 1, [&](std::int64_t from, std::int64_t to) {
+    for (auto q = static_cast<int>(from); q < to; ++q) {
+      for (int p = 0; p < planes.across; ++p) {
         for (int row = 0; row < w.rows; ++row) {
-          const double j = w.first_row + row - static_cast<double>(q) / phases.row_phases;
-          float* line = out + (row + kRowMargin) * phases.stride + kColumnMargin;
+          const double j = w.first_row + row - static_cast<double>(q) / planes.down;
+          const std::size_t at = planes.at(q, p, row);
+          float* line = planes.values.data() + at * static_cast<std::size_t>(w.columns);
           // Columns that can lie in the table.
           double low = 0, high = w.columns - 1;
-          const double shift = static_cast<double>(p) / phases.column_phases - w.first_column;
+          const double shift = static_cast<double>(p) / planes.across - w.first_column;
           for (std::size_t c = 0; c < 2; ++c) {
-            const double at = part.centre[c] + m[c][1] * j - m[c][0] * shift;
-            const double least = c == 0 ? table.x0 : table.y0, most = c == 0 ? table.x1() : table.y1();
+            const double begin = part.centre[c] + m[c][1] * j - m[c][0] * shift;
+            const double first = c == 0 ? table.x0 : table.y0, last = c == 0 ? table.x1() : table.y1();
             if (m[c][0] == 0) continue;
-            const double s = (least - at) / m[c][0], t = (most - at) / m[c][0];
+            const double s = (first - begin) / m[c][0], t = (last - begin) / m[c][0];
             low = std::max(low, std::min(s, t));
             high = std::min(high, std::max(s, t));
           }
+          Run run{w.columns, 0};
           for (int column = low <= high ? static_cast<int>(std::ceil(low)) : w.columns; column <= high;
                ++column) {
             const double i = column - shift;
             line[column] = static_cast<float>(table.value(part.centre[0] + m[0][0] * i + m[0][1] * j,
                                                           part.centre[1] + m[1][0] * i + m[1][1] * j));
+            if (std::abs(static_cast<double>(line[column])) <= least) continue;
+            run.begin = std::min(run.begin, column);
+            run.end = column + 1;
           }
+          planes.runs[at] = run;
         }
       }
     }
   });
-  make_runs(phases, negligible);
+  return planes;
+}
+
+FootprintPhases make_phases(const FootprintPart& part, const wavelet::FootprintTable& table,
+                            const FootprintQuality& quality, double negligible) {
+  const Sampling samples = sampling(part, quality);
+  const Planes planes = sample_planes(part, table, samples, negligible * part.peak);
+  const Window& w = planes.window;
+  FootprintPhases phases;
+  phases.taps = samples.taps;
+  phases.column_phases = planes.across;
+  phases.row_phases = planes.down;
+  phases.first_column = w.first_column;
+  phases.first_row = w.first_row;
+  phases.rows = w.rows;
+  // A place below 0 or from 1 on is that of another plane, some pixels away.
+  const auto each_plane = [&](const auto& f) {
+    for (int q = -phases.before(); q <= planes.down + phases.before(); ++q) {
+      const int rows = q < 0 ? -1 : q / planes.down;
+      for (int p = -phases.before(); p <= planes.across + phases.before(); ++p) {
+        const int columns = p < 0 ? -1 : p / planes.across;
+        f(q - rows * planes.down, p - columns * planes.across, rows, columns);
+      }
+    }
+  };
+  std::vector<Run> runs(static_cast<std::size_t>(w.rows), {w.columns, 0});
+  each_plane([&](int q, int p, int rows, int columns) {
+    for (int row = std::max(rows, 0); row < w.rows + std::min(rows, 0); ++row) {
+      const Run& own = planes.runs[planes.at(q, p, row - rows)];
+      if (own.begin >= own.end) continue;
+      Run& run = runs[static_cast<std::size_t>(row)];
+      run.begin = std::min(run.begin, std::max(own.begin + columns, 0));
+      run.end = std::max(run.end, std::min(own.end + columns, w.columns));
+    }
+  });
+  int longest = 0;
+  for (const Run& run : runs) longest = std::max(longest, run.end - run.begin);
+  phases.chunk = longest <= 8 ? 8 : 16;
+  for (const Run& run : runs) {
+    phases.begin.push_back(static_cast<std::int32_t>(phases.columns.size()));
+    for (int column = run.begin; column < run.end; column += phases.chunk) {
+      phases.columns.push_back(column);
+      phases.columns_reached = std::max(phases.columns_reached, column + phases.chunk);
+    }
+  }
+  phases.begin.push_back(static_cast<std::int32_t>(phases.columns.size()));
+
+  phases.values = Buffer<float>(
+      static_cast<std::size_t>(phases.plane()) * static_cast<std::size_t>(phases.across() * phases.down()),
+      0.0F);
+  float* out = phases.values.data();
+  each_plane([&](int q, int p, int rows, int columns) {
+    for (int row = 0; row < w.rows; ++row) {
+      const int from = row - rows;
+      const float* line =
+          from < 0 || from >= w.rows
+              ? nullptr
+              : planes.values.data() + planes.at(q, p, from) * static_cast<std::size_t>(w.columns);
+      const Run& run = runs[static_cast<std::size_t>(row)];
+      for (auto c = phases.begin[static_cast<std::size_t>(row)];
+           c < phases.begin[static_cast<std::size_t>(row) + 1]; ++c, out += phases.chunk) {
+        if (line == nullptr) continue;
+        const int first = phases.columns[static_cast<std::size_t>(c)];
+        const int begin = std::max(first, columns);
+        const int end = std::min({first + phases.chunk, run.end, w.columns + columns});
+        for (int column = begin; column < end; ++column) out[column - first] = line[column - columns];
+      }
+    }
+  });
   return phases;
 }
 
-/// Deviation of what is drawn from the truth, at lines through random places of the function.
-void measure(const wavelet::Expansion& expansion, const ParallelView& view, FootprintGroup& group) {
-  const std::size_t count = group.cut < 0 ? 160 : 32;
+std::vector<std::uint32_t> order_by_place(const FootprintPart& part) {
+  const auto terms = part.terms();
+  const int across = part.phases->column_phases, down = part.phases->row_phases;
+  std::vector<std::uint32_t> place, begin(static_cast<std::size_t>(across * down) + 1), order(terms.size());
+  for (const auto& term : terms) {
+    const Splat s = part.splat(term, 1);
+    const int p = std::min(static_cast<int>(s.u), across - 1), q = std::min(static_cast<int>(s.v), down - 1);
+    place.push_back(static_cast<std::uint32_t>(q * across + p));
+    ++begin[place.back() + 1];
+  }
+  for (std::size_t c = 1; c < begin.size(); ++c) begin[c] += begin[c - 1];
+  for (std::size_t n = 0; n < terms.size(); ++n) order[begin[place[n]]++] = static_cast<std::uint32_t>(n);
+  return order;
+}
+
+/// Lines through random places of a part's function, and their integrals.
+std::vector<FootprintLine> random_lines(const wavelet::Expansion& expansion, const ParallelView& view,
+                                        const FootprintGroup& group, const FootprintPart& part,
+                                        std::uint64_t seed) {
+  std::vector<FootprintLine> lines(group.cut < 0 ? 400 : 80);
   const Vec3& direction = view.direction();
+  const wavelet::Band& band = *part.band;
+  const Box3 box = support(part, group.axis, group.below);
+  const double scale = band.scale[group.axis];
+  const double far = 4 * scale * (band.upper - band.lower).sum() / direction.norm();
+  Rng rng(seed);
+  for (auto& line : lines) {
+    Vec3 u;
+    for (int a = 0; a < 3; ++a) u[a] = rng.uniform(box.min[a], box.max[a]);
+    const Vec3 place = u.cwiseProduct(band.scale) - band.shift;
+    double begin = -far, end = far;
+    if (part.cut >= 0) {
+      const double t = (part.limit - u[group.axis]) * scale / direction[group.axis];
+      (t > 0 ? end : begin) = t;
+    }
+    const auto at = view.pixel(place);
+    line = {at[0] - part.first[0], at[1] - part.first[1],
+            wavelet::line_integral(expansion, band, {1, {0, 0, 0}}, place, direction, begin, end) *
+                std::abs(direction[group.axis]) / scale};
+  }
+  return lines;
+}
+
+/// What is drawn of a footprint, at a place from its centre.
+double drawn_value(const FootprintGroup& group, const FootprintPart& part, double column, double row) {
+  if (!part.phases) {
+    const auto& m = part.matrix;
+    return group.tables[part.table].value(part.centre[0] + m[0][0] * column + m[0][1] * row,
+                                          part.centre[1] + m[1][0] * column + m[1][1] * row);
+  }
+  const auto& phases = *part.phases;
+  const double i = std::floor(column) + 1, j = std::floor(row) + 1;
+  const Splat splat{1, 0, 0, static_cast<float>((i - column) * phases.column_phases),
+                    static_cast<float>((j - row) * phases.row_phases)};
+  return splat_value(phases, splat, static_cast<int>(i), static_cast<int>(j));
+}
+
+/// Deviation of what is drawn from the truth.
+void measure(const wavelet::Expansion& expansion, const ParallelView& view, FootprintGroup& group) {
   std::vector<double> squares(group.parts.size()), largest(group.parts.size());
   parallel_for(0, static_cast<std::int64_t>(group.parts.size()), 1, [&](std::int64_t from, std::int64_t to) {
     for (auto n = static_cast<std::size_t>(from); n < static_cast<std::size_t>(to); ++n) {
-      const FootprintPart& part = group.parts[n];
-      const wavelet::Band& band = *part.band;
-      const Box3 box = support(part, group.axis, group.below);
-      const double scale = band.scale[group.axis];
-      const double far = 4 * scale * (band.upper - band.lower).sum() / direction.norm();
-      Rng rng(n + 1);
-      for (std::size_t s = 0; s < count; ++s) {
-        Vec3 u;
-        for (int a = 0; a < 3; ++a) u[a] = rng.uniform(box.min[a], box.max[a]);
-        const Vec3 place = u.cwiseProduct(band.scale) - band.shift;
-        double begin = -far, end = far;
-        if (part.cut >= 0) {
-          const double t = (part.limit - u[group.axis]) * scale / direction[group.axis];
-          (t > 0 ? end : begin) = t;
-        }
-        const double truth =
-            wavelet::line_integral(expansion, band, {1, {0, 0, 0}}, place, direction, begin, end) *
-            std::abs(direction[group.axis]) / scale;
-        const auto at = view.pixel(place);
-        const double column = at[0] - part.first[0], row = at[1] - part.first[1];  // from the centre
-        double drawn = 0;
-        if (part.phases) {
-          const auto& phases = *part.phases;
-          const double i = std::floor(column) + 1, j = std::floor(row) + 1;
-          const Splat splat{1, 0, 0, static_cast<float>((i - column) * phases.column_phases),
-                            static_cast<float>((j - row) * phases.row_phases)};
-          drawn = splat_value(phases, splat, static_cast<int>(i), static_cast<int>(j));
-        } else {
-          const auto& m = part.matrix;
-          drawn = group.tables[part.table].value(part.centre[0] + m[0][0] * column + m[0][1] * row,
-                                                 part.centre[1] + m[1][0] * column + m[1][1] * row);
-        }
-        squares[n] += (drawn - truth) * (drawn - truth);
-        largest[n] = std::max(largest[n], std::abs(drawn - truth));
+      FootprintPart& part = group.parts[n];
+      if (part.lines.empty()) part.lines = random_lines(expansion, view, group, part, n + 1);
+      for (const auto& line : part.lines) {
+        const double error = drawn_value(group, part, line.column, line.row) - line.integral;
+        squares[n] += error * error;
+        largest[n] = std::max(largest[n], std::abs(error));
       }
     }
   });
   group.rms = group.largest = 0;
   for (std::size_t n = 0; n < group.parts.size(); ++n) {
-    group.rms = std::max(group.rms, std::sqrt(squares[n] / static_cast<double>(count)));
+    const auto count = static_cast<double>(group.parts[n].lines.size());
+    group.rms = std::max(group.rms, std::sqrt(squares[n] / count));
     group.largest = std::max(group.largest, largest[n]);
   }
 }
@@ -202,8 +283,8 @@ void measure(const wavelet::Expansion& expansion, const ParallelView& view, Foot
 
 FootprintQuality footprint_quality(int number) {
   static constexpr FootprintQuality kSteps[kFootprintQualities] = {
-      {1.0 / 16, Taps::linear}, {1.0 / 32, Taps::linear}, {1.0 / 64, Taps::linear}, {1.0 / 64, Taps::cubic},
-      {1.0 / 128, Taps::cubic}, {1.0 / 256, Taps::cubic}, {1.0 / 512, Taps::cubic}};
+      {1.0 / 8, Taps::linear}, {1.0 / 16, Taps::linear}, {1.0 / 32, Taps::linear}, {1.0 / 64, Taps::linear},
+      {1.0 / 64, Taps::cubic}, {1.0 / 128, Taps::cubic}, {1.0 / 256, Taps::cubic}, {1.0 / 512, Taps::cubic}};
   return kSteps[number];
 }
 
@@ -261,13 +342,21 @@ FootprintPart make_part(const ParallelView& view, const wavelet::Band& band, int
   return part;
 }
 
+double peak_of(const wavelet::FootprintLines& lines) {
+  const double end = lines.z->upper();
+  const auto tables = wavelet::make_footprints(lines, std::span(&end, 1), true, 0.125);
+  double peak = 0;
+  for (const float v : tables[0].values) peak = std::max(peak, std::abs(static_cast<double>(v)));
+  return peak;
+}
+
 FootprintPrice price(const FootprintGroup& group, int quality) {
   const FootprintQuality q = footprint_quality(quality);
   const auto cost = wavelet::footprint_cost(group.lines, group.limits, group.below, q.step);
   FootprintPrice sum{0.15 * cost.multiplications, cost.bytes};
   for (const auto& part : group.parts) {
     if (!wants_phases(part, q)) continue;
-    const double values = phase_values(part, sampling(part, q).step);
+    const double values = phase_values(part, sampling(part, q));
     sum.time += 15 * values;
     sum.bytes += static_cast<std::int64_t>(std::min(values, 1e15) * sizeof(float));
   }
@@ -281,7 +370,9 @@ void make_tables(const wavelet::Expansion& expansion, const ParallelView& view, 
   group.tables = wavelet::make_footprints(group.lines, group.limits, group.below, q.step);
   for (auto& part : group.parts) {
     part.phases.reset();
-    if (wants_phases(part, q)) part.phases = make_phases(part, group.tables[part.table], q, negligible);
+    if (!wants_phases(part, q)) continue;
+    part.phases = make_phases(part, group.tables[part.table], q, negligible);
+    part.order = order_by_place(part);
   }
   measure(expansion, view, group);
 }

@@ -1,5 +1,7 @@
 #pragma once
-#include <memory>
+#include <algorithm>
+#include <array>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -11,6 +13,11 @@
 
 namespace vol::render {
 
+/// A line, by its pixel from a footprint's centre, and its true integral.
+struct FootprintLine {
+  double column = 0, row = 0, integral = 0;
+};
+
 /// Terms of one band that share a footprint: all of them, or, cut off at the face where rays enter (leave),
 /// those at one distance from it, of which what is outside counts.
 struct FootprintPart {
@@ -20,6 +27,7 @@ struct FootprintPart {
   double limit = 0;                      ///< of the third axis' function where it is cut
   std::size_t table = 0;                 ///< number in its group
   double amplitude = 1;  ///< of a coefficient: world length a unit of the footprint; < 0 for a cut
+  double peak = 1;       ///< about the largest value of the whole band's footprint, in this one's units
 
   // Pixels to table: (X, Y) = centre + matrix (pixel - that of the term's centre).
   std::array<double, 2> centre{};
@@ -31,6 +39,10 @@ struct FootprintPart {
   std::array<double, 4> reach{};
 
   std::optional<FootprintPhases> phases;  ///< else pixels look into the table
+  /// With phases, numbers of terms: those at the same place between pixels together, as they read the same
+  /// planes.
+  std::vector<std::uint32_t> order;
+  std::vector<FootprintLine> lines;  ///< that tables of any quality are held against
 
   [[nodiscard]] std::span<const wavelet::Term> terms() const {
     return cut < 0 ? std::span<const wavelet::Term>(band->terms) : std::span<const wavelet::Term>(own_terms);
@@ -41,6 +53,14 @@ struct FootprintPart {
       for (std::size_t i = 0; i < 2; ++i) p[i] += step[a][i] * term.k[a];
     }
     return p;
+  }
+  /// \param scale  what coefficients are multiplied by
+  [[nodiscard]] Splat splat(const wavelet::Term& term, double scale) const {
+    const auto p = centre_of(term);
+    const int column = floor_pixel(p[0]), row = floor_pixel(p[1]);
+    return {static_cast<float>(term.c * scale), column, row,
+            static_cast<float>(std::clamp(p[0] - column, 0.0, 1.0) * phases->column_phases),
+            static_cast<float>(std::clamp(p[1] - row, 0.0, 1.0) * phases->row_phases)};
   }
 };
 
@@ -67,12 +87,15 @@ struct FootprintQuality {
   double step;
   Taps taps;
 };
-inline constexpr int kFootprintQualities = 7;
+inline constexpr int kFootprintQualities = 8;
 [[nodiscard]] FootprintQuality footprint_quality(int number);
 
 /// Geometry of a part of a band: centre, matrix, reach.
 [[nodiscard]] FootprintPart make_part(const ParallelView& view, const wavelet::Band& band, int axis, int cut,
                                       double limit);
+
+/// About the largest value of a group's footprint, cut off nowhere, by samples an eighth apart.
+[[nodiscard]] double peak_of(const wavelet::FootprintLines& lines);
 
 /// What tables of a quality would cost, in about nanoseconds of one thread, and take.
 struct FootprintPrice {
@@ -82,7 +105,7 @@ struct FootprintPrice {
 [[nodiscard]] FootprintPrice price(const FootprintGroup& group, int quality);
 
 /// Makes tables and phases, and measures their deviation at random places against line_integral().
-/// \param negligible  share of a footprint's largest value below which pixels may be left out
+/// \param negligible  share of a part's peak below which pixels may be left out
 void make_tables(const wavelet::Expansion& expansion, const ParallelView& view, int quality,
                  double negligible, FootprintGroup& group);
 

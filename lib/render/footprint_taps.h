@@ -6,16 +6,13 @@
 
 namespace vol::render {
 
-inline constexpr int kRowMargin = 2, kColumnMargin = 2;
-
 /// The planes that a term at a place between pixels is interpolated from.
 struct FootprintTaps {
-  const float* plane[16];  ///< at the window's first pixel
+  const float* plane[16];
   float weight[16];
 };
 
-/// kTaps is 4 (linear) or 16 (cubic). A phase below 0 or above the last one is another plane's, one pixel on
-/// (two, where there is a single one).
+/// kTaps is 4 (linear) or 16 (cubic).
 template <int kTaps>
 inline void find_taps(const FootprintPhases& phases, const Splat& splat, FootprintTaps& taps) {
   constexpr int kWidth = kTaps == 16 ? 4 : 2;
@@ -35,27 +32,12 @@ inline void find_taps(const FootprintPhases& phases, const Splat& splat, Footpri
   float across[kWidth], down[kWidth];
   weights(splat.u - static_cast<float>(p), across);
   weights(splat.v - static_cast<float>(q), down);
-  const std::int64_t plane = phases.stride * (phases.rows + 2 * kRowMargin);
-  const auto wrap = [](int& at, int count) {
-    int pixels = 0;
-    for (; at < 0; at += count) ++pixels;
-    for (; at >= count; at -= count) --pixels;
-    return pixels;
-  };
-  constexpr int kFirst = kWidth == 4 ? -1 : 0;
-  std::int64_t column[kWidth];
-  for (int a = 0; a < kWidth; ++a) {
-    int x = p + kFirst + a;
-    const int pixels = wrap(x, phases.column_phases);
-    column[a] = x * plane + pixels + kColumnMargin;
-  }
+  const std::int64_t plane = phases.plane();
+  // The first one lies before() of the place, and planes begin before() of place 0.
+  const float* first = phases.values.data() + (static_cast<std::int64_t>(q) * phases.across() + p) * plane;
   for (int b = 0; b < kWidth; ++b) {
-    int y = q + kFirst + b;
-    const int pixels = wrap(y, phases.row_phases);
-    const float* row = phases.values.data() + static_cast<std::int64_t>(y) * phases.column_phases * plane +
-                       (pixels + kRowMargin) * phases.stride;
     for (int a = 0; a < kWidth; ++a) {
-      taps.plane[kWidth * b + a] = row + column[a];
+      taps.plane[kWidth * b + a] = first + (static_cast<std::int64_t>(b) * phases.across() + a) * plane;
       taps.weight[kWidth * b + a] = across[a] * down[b];
     }
   }

@@ -174,8 +174,12 @@ Box3 Band::box(const Node& node) const {
   Box3 result;
   for (std::size_t i = 0; i < 3; ++i) {
     const auto a = static_cast<Eigen::Index>(i);
-    result.min[a] = scale[a] * (node.lower[i] + lower[a]) - shift[a];
-    result.max[a] = scale[a] * (node.upper[i] + upper[a]) - shift[a];
+    const double low = scale[a] * (node.lower[i] + lower[a]), high = scale[a] * (node.upper[i] + upper[a]);
+    // Whoever adds the shift to a place of the function finds it within low and high: no rounding of the
+    // difference may keep that place out of the box.
+    const double rounding = 4 * std::numeric_limits<double>::epsilon();
+    result.min[a] = low - shift[a] - rounding * (std::abs(low) + std::abs(shift[a]));
+    result.max[a] = high - shift[a] + rounding * (std::abs(high) + std::abs(shift[a]));
   }
   return result;
 }
@@ -331,7 +335,22 @@ std::vector<std::int64_t> Expansion::count_terms(const Decomposition<T>& decompo
 template Expansion::Expansion(Decomposition<float>, const ExpansionOptions&);
 template Expansion::Expansion(Decomposition<double>, const ExpansionOptions&);
 
-Expansion Expansion::from_level(int finest) const {
+std::int64_t Expansion::bytes_from(int finest) const {
+  std::int64_t bytes = 0;
+  for (const Band& band : bands_) {
+    if (band.level >= finest) bytes += band_bytes(static_cast<std::int64_t>(band.terms.size()));
+  }
+  return bytes;
+}
+
+Expansion Expansion::from_level(int finest, std::int64_t memory_limit) const {
+  const std::int64_t own = bytes_from(finest), whole = bytes_from(std::numeric_limits<int>::min());
+  if (own > memory_limit - whole) {
+    throw Error("a copy of the coefficients from level " + std::to_string(finest) + " on would take " +
+                std::to_string(own >> 20) + " MiB beside the whole's " + std::to_string(whole >> 20) +
+                ", of " + std::to_string(memory_limit >> 20) +
+                " MiB of memory; keep fewer of them, or draw no coarse pictures first");
+  }
   Expansion result;
   result.geometry_ = geometry_;
   result.bounds_ = bounds_;
@@ -366,8 +385,8 @@ double Expansion::value_index(const Vec3& p) const {
                  double product = term.c;
                  for (std::size_t i = 0; i < 3; ++i) {
                    const auto a = static_cast<Eigen::Index>(i);
-                   const double u = (p[a] + band.shift[a]) / band.scale[a] - term.k[i];
-                   product *= function(band.factor[i]).value(u);
+                   product *=
+                       function(band.factor[i]).value((p[a] + band.shift[a]) / band.scale[a], term.k[i]);
                  }
                  sum += product;
                });
@@ -383,9 +402,9 @@ Vec3 Expansion::gradient_index(const Vec3& p) const {
                  Vec3 f, slope;
                  for (std::size_t i = 0; i < 3; ++i) {
                    const auto a = static_cast<Eigen::Index>(i);
-                   const double u = (p[a] + band.shift[a]) / band.scale[a] - term.k[i];
-                   f[a] = function(band.factor[i]).value(u);
-                   slope[a] = function(band.factor[i]).derivative(u) / band.scale[a];
+                   const double v = (p[a] + band.shift[a]) / band.scale[a];
+                   f[a] = function(band.factor[i]).value(v, term.k[i]);
+                   slope[a] = function(band.factor[i]).derivative(v, term.k[i]) / band.scale[a];
                  }
                  sum += term.c * Vec3(slope[0] * f[1] * f[2], f[0] * slope[1] * f[2], f[0] * f[1] * slope[2]);
                });

@@ -96,8 +96,12 @@ class Expansion {
   explicit Expansion(Decomposition<T> decomposition, const ExpansionOptions& options = {});
 
   /// The same without the bands of levels finer than this, a copy of the others; what it says of coefficients
-  /// and bytes is still the whole's.
-  [[nodiscard]] Expansion from_level(int finest) const;
+  /// and planned bytes is still the whole's.
+  /// \param memory_limit  of all terms and the copy's; \throws vol::Error over it, before anything is copied
+  [[nodiscard]] Expansion from_level(
+      int finest, std::int64_t memory_limit = std::numeric_limits<std::int64_t>::max()) const;
+  /// Of terms and their trees, from a level on.
+  [[nodiscard]] std::int64_t bytes_from(int finest) const;
 
   [[nodiscard]] double value(const Vec3& p_world) const;
   [[nodiscard]] Vec3 gradient(const Vec3& p_world) const;

@@ -62,12 +62,13 @@ void for_each_piece(const Expansion& expansion, const Band& band, const Term& te
     track.f = &expansion.function(band.factor[i]);
     const double per_index = 1 / (band.scale[axis] * track.f->spacing);
     const double x = origin[axis] + from * direction[axis];
-    track.q0 = ((x + band.shift[axis]) / band.scale[axis] - term.k[i] - track.f->lower) / track.f->spacing;
+    const double v = (x + band.shift[axis]) / band.scale[axis];
+    track.q0 = (v - term.k[i] - track.f->lower) / track.f->spacing;
     track.dq = direction[axis] * per_index;
     const auto n = static_cast<double>(track.f->pieces.size());
     const double first = track.crossing(0), last = track.crossing(n);
     if (track.dq == 0) {
-      if (!(track.q0 >= 0 && track.q0 < n)) return;
+      if (!track.f->covers(v, term.k[i])) return;
     } else {
       a = std::max(a, std::min(first, last));
       b = std::min(b, std::max(first, last));

@@ -192,22 +192,39 @@ Prototypes battle_lemarie_prototypes(int degree) {
 
 }  // namespace
 
+namespace {
+
+/// Piece of f and place within it, of an x known to be inside.
+struct Place {
+  const std::array<double, 4>& a;
+  double v;
+};
+Place place_of(const PiecewiseCubic& f, double x) {
+  const double q = (x - f.lower) / f.spacing;
+  const double i = std::clamp(std::floor(q), 0.0, static_cast<double>(f.pieces.size() - 1));
+  return {f.pieces[static_cast<std::size_t>(i)], q - i};
+}
+
+}  // namespace
+
 double PiecewiseCubic::value(double x) const {
-  const double q = (x - lower) / spacing;
-  if (!(q >= 0) || !(q < static_cast<double>(pieces.size()))) return 0;
-  const auto i = static_cast<std::size_t>(q);
-  const double v = q - static_cast<double>(i);
-  const auto& a = pieces[i];
-  return a[0] + v * (a[1] + v * (a[2] + v * a[3]));
+  return value(x, 0);
 }
 
 double PiecewiseCubic::derivative(double x) const {
-  const double q = (x - lower) / spacing;
-  if (!(q >= 0) || !(q < static_cast<double>(pieces.size()))) return 0;
-  const auto i = static_cast<std::size_t>(q);
-  const double v = q - static_cast<double>(i);
-  const auto& a = pieces[i];
-  return (a[1] + v * (2 * a[2] + v * 3 * a[3])) / spacing;
+  return derivative(x, 0);
+}
+
+double PiecewiseCubic::value(double v, double k) const {
+  if (!covers(v, k)) return 0;
+  const auto [a, u] = place_of(*this, v - k);
+  return a[0] + u * (a[1] + u * (a[2] + u * a[3]));
+}
+
+double PiecewiseCubic::derivative(double v, double k) const {
+  if (!covers(v, k)) return 0;
+  const auto [a, u] = place_of(*this, v - k);
+  return (a[1] + u * (2 * a[2] + u * 3 * a[3])) / spacing;
 }
 
 double PiecewiseCubic::integral() const {

@@ -17,6 +17,12 @@ struct PiecewiseCubic {
   [[nodiscard]] double upper() const { return lower + spacing * static_cast<double>(pieces.size()); }
   [[nodiscard]] double value(double x) const;
   [[nodiscard]] double derivative(double x) const;
+  /// Whether the function moved by k, a whole number, takes in v: decided without rounding (v - k may round),
+  /// so that of a function folded to its period exactly one image takes in each v.
+  [[nodiscard]] bool covers(double v, double k) const { return v >= lower + k && v < upper() + k; }
+  /// Of the function moved by k: f(v - k), 0 where it does not cover v.
+  [[nodiscard]] double value(double v, double k) const;
+  [[nodiscard]] double derivative(double v, double k) const;
   [[nodiscard]] double integral() const;
 };
 

@@ -156,6 +156,40 @@ TEST_P(ExpansionOf, ConstantsAreReproduced) {
   }
 }
 
+// Functions longer than the period are folded to it, and jump where they are cut. Next to a cut, by rounding,
+// a point was in none of two images, and the sum fell short by some 0.1.
+TEST_P(ExpansionOf, EveryPointIsInOneImageOfAFoldedFunction) {
+  auto volume = random_volume<double>({8, 12, 8}, 1);
+  for (double& v : std::get<volume::Grid<double>>(volume.grid).voxels) v = 1;
+  const Expansion f(transformed(volume, GetParam(), 2), {.depth = 3, .b_splines = false});
+  const double tolerance = 1e-9 + 12 * frame_bounds(make_wavelet(GetParam())).round_trip_error;
+  Rng rng(2);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (double knot = 0; knot <= f.index_box().max[axis]; knot += 0.125) {
+      const Vec3 inside(rng.uniform(0, 7), rng.uniform(0, 7), rng.uniform(0, 7));
+      for (const double nearby : {-1e-15, -2e-16, 0.0, 1e-16, 1e-15}) {
+        Vec3 p = inside;
+        p[axis] = std::clamp(knot + nearby, 0.0, f.index_box().max[axis]);
+        EXPECT_NEAR(f.value_index(p), 1, tolerance) << axis << " " << knot << " " << nearby;
+      }
+    }
+  }
+}
+
+TEST(Expansion, ACopyOfCoarseLevelsIsCountedBeforeItIsTaken) {
+  const auto volume = random_volume<double>({16, 16, 16}, 3);
+  const Expansion all(transformed(volume, "daubechies-4", 2));
+  std::int64_t terms = 0, coarse = 0;
+  for (const Band& band : all.bands()) {
+    (band.level == 2 ? coarse : terms) += static_cast<std::int64_t>(band.terms.size() * sizeof(Term));
+  }
+  EXPECT_GE(all.bytes_from(2), coarse);
+  EXPECT_LE(all.bytes_from(2), 2 * coarse);
+  EXPECT_GE(all.bytes_from(1), terms + coarse);
+  EXPECT_EQ(all.from_level(2, all.bytes_from(1) + all.bytes_from(2)).bytes_from(1), all.bytes_from(2));
+  EXPECT_THROW((void)all.from_level(2, all.bytes_from(1) + all.bytes_from(2) - 1), Error);
+}
+
 TEST_P(ExpansionOf, GradientIsTheDerivative) {
   const auto volume = random_volume<double>({8, 5, 6}, 17);
   const Expansion expansion(transformed(volume, GetParam(), 2), {.depth = 3});
