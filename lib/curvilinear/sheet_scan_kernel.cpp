@@ -63,20 +63,22 @@ class Fragments {
     }
   }
 
-  /// A stretch's optical depth by Simpson's rule, its value being linear: opaque where an end is.
+  /// A stretch's optical depth by Simpson's rule, its value being linear: opaque where an end is beyond what
+  /// is opaque, by more than float rounds; where it just comes to it the depth is finite (of an opacity that
+  /// rises to 1, the integral of -log(1 - a)).
   void flush() {
     const DF d;
     const DI di;
     const float* depths = &table_.entries()->depth;
-    const F half = hn::Set(d, 0.5F), four = hn::Set(d, 4.0F);
+    const F within = hn::Set(d, 1e-5F), half = hn::Set(d, 0.5F), four = hn::Set(d, 4.0F);
     const F scale = hn::Set(d, -1.44269504088896341F / 6);  // of Simpson's rule, and log2(e)
     for (int k = 0; k < count_; k += static_cast<int>(hn::Lanes(d))) {
       const F front = hn::Load(d, front_ + k), back = hn::Load(d, back_ + k),
               length = hn::Load(d, length_ + k);
       const I middle = entry(hn::Mul(half, hn::Add(front, back)));
       hn::Store(middle, di, entry_ + k);
-      const F ends = hn::Add(hn::GatherIndex(d, depths, hn::ShiftLeft<2>(entry(front))),
-                             hn::GatherIndex(d, depths, hn::ShiftLeft<2>(entry(back))));
+      const F ends = hn::Add(hn::GatherIndex(d, depths, hn::ShiftLeft<2>(entry(hn::Sub(front, within)))),
+                             hn::GatherIndex(d, depths, hn::ShiftLeft<2>(entry(hn::Sub(back, within)))));
       const F thick = hn::MulAdd(four, hn::GatherIndex(d, depths, hn::ShiftLeft<2>(middle)), ends);
       const F opacity = render::HWY_NAMESPACE::one_minus_exp2(hn::Mul(hn::Mul(thick, length), scale));
       // Of an opaque value over no length the product is none.

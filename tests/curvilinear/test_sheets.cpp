@@ -304,6 +304,25 @@ TEST(Sheets, WhatIsInFrontHidesWhatIsBehind) {
   }
 }
 
+// Opacity rises to 1 at a face, which the ray meets head on: no more than the integral of -log(1 - a), which
+// is 1 times the length.
+TEST(Physical, AFaceThatIsJustOpaqueHidesNothing) {
+  const Grid grid = box({3, 1, 1}, Vec3(1, 1, 1));
+  Values values = zeros(grid);
+  for (std::size_t n = 0; n < values[0].size(); ++n) values[0][n] = grid.blocks[0].points[n].x();
+  const transfer::TransferFunction ramp({{0, Vec3::Ones()}}, {{0, 0}, {1, 1}});
+  SheetOptions options;
+  options.thickness = Thickness::physical;
+  for (const auto cells : {CellKind::tricubic, CellKind::trilinear}) {
+    options.cells = cells;
+    for (const double azimuth : {90.0, 270.0}) {
+      const auto picture = draw_sheets(grid, values, camera_for(grid, azimuth, 0, 64, 64), ramp, 1, options);
+      // Simpson's rule in the one sheet of 40 that ends in the logarithm's pole; opaque would be 1.
+      EXPECT_NEAR(picture.image.at(32, 32, 3), 1 - std::exp(-1.0), 0.02) << azimuth;
+    }
+  }
+}
+
 // Values as of a transfer function: a signal of 1 on 1e8 is the same picture as one on 0, which double holds
 // to 1e-8.
 TEST(Sheets, ASmallSignalOnALargeOffset) {
