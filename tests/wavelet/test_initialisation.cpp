@@ -164,7 +164,7 @@ TEST_P(Interpolation, ResponseBoundsItsFrequencies) {
     const double w = rng.uniform(0, 2 * std::numbers::pi);
     std::complex<double> at = 0;
     for (std::size_t i = 0; i < b.values.size(); ++i) {
-      at += std::polar(b.values[i], -w * static_cast<double>(b.first + static_cast<std::int64_t>(i)));
+      at += b.values[i] * std::polar(1.0, -w * static_cast<double>(b.first + static_cast<std::int64_t>(i)));
     }
     EXPECT_LE(std::abs(at), response.largest);
     EXPECT_GE(std::abs(at), response.least - 1e-3);
