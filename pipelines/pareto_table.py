@@ -14,7 +14,7 @@ COLUMNS = ["dataset", "scene", "size", "method", "setting", "samples", "mse", "m
 
 EXPLANATION = """\
 Pictures of {size} pixels; truth: the adaptive reference integral. MSE on the byte scale, largest error on the colour scale 0..1.
-The first pass renders every setting once, for its error. The {screened} fastest at each error, of uniform sampling and of the rest,
+The first pass renders every setting once, for its error, on all cores. Of it the {screened} fastest at each error, of uniform sampling and of the rest,
 are timed again, {screenings} times, at each number of threads, and the fastest of each kind once more, in {rounds} interleaved rounds: no setting
 is chosen for the luck that it is measured with. *Ratio*: time of the best uniform setting over that of the best other setting,
 median with its 95 % interval (order statistics); above 1 the other is faster. Uniform sampling may take any step and quadrature,

@@ -23,6 +23,7 @@ import sweep
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent / "peers"))
 CALLERS = pathlib.Path(__file__).resolve().parent / "peers"
 WIDTH = 1.6  # of the window, in edges: vol-raycast's default
+SCREENING = 3  # rounds in which the fastest of our settings is chosen
 
 
 class Worker:
@@ -103,11 +104,11 @@ class Bench:
         half = WIDTH / 2 * (self.edge - 1) / self.edge  # its unit cube spans whole voxels, ours the centres
         return Worker([self.out / "volpack", self.volume, self.edge, self.scene["size"], half, *self.asked["volpack_shift"], *points])
 
-    def interleaved(self, contenders):
-        """As rounds.interleaved, the camera a degree further in each round."""
+    def interleaved(self, contenders, count=None):
+        """As rounds.interleaved, the camera a degree further in each round; `count` rounds in place of those asked for."""
         def turn(number):
             self.round = max(number, 0)
-        times = rounds.interleaved(contenders, self.asked["rounds"], before=turn)
+        times = rounds.interleaved(contenders, count or self.asked["rounds"], before=turn)
         self.round = 0
         return times
 
@@ -125,6 +126,12 @@ def choices(asked):
 def fastest(bench, error, count):
     able = [o for o, (mse, _) in bench.errors.items() if mse <= error]
     return sorted(able, key=bench.rough.get)[:count]
+
+
+def screened(bench, contenders):
+    """The fastest of `contenders`, by rounds of their own: a choice by the rounds that go into the table would be one of luck."""
+    times = bench.interleaved(contenders, SCREENING) if len(contenders) > 1 else {}
+    return min(contenders, key=lambda o: statistics.median(times.get(o, [0])), default=None)
 
 
 def same_step(bench, rows, absent):
@@ -162,8 +169,8 @@ def equal_error(bench, rows):
 
 
 def against(bench, rows, table, threads, peer, setting, error, frame, contenders):
-    times = bench.interleaved({peer: frame, **contenders})
-    best = min(contenders, key=lambda o: statistics.median(times[o]), default=None)
+    best = screened(bench, contenders)
+    times = bench.interleaved({peer: frame, **({best: contenders[best]} if best else {})})
     rows.append(row(table, bench, threads, peer, setting, error, times[peer], rounds.ratio(times[peer], times[best]) if best else None,
                     best))
     if best:
