@@ -23,19 +23,6 @@ std::string unescaped(std::string_view text) {
   return plain;
 }
 
-}  // namespace
-
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '\\' || c == '\n') result += '\\';
-    result += c == '\n' ? 'n' : c;
-  }
-  return result;
-}
-
-namespace {
-
 void parse_line(Header& header, const std::string& line) {
   const std::size_t field_end = line.find(": ");
   const std::size_t key_end = line.find(":=");
@@ -56,6 +43,15 @@ void parse_line(Header& header, const std::string& line) {
 }
 
 }  // namespace
+
+std::string escaped(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '\\' || c == '\n') result += '\\';
+    result += c == '\n' ? 'n' : c;
+  }
+  return result;
+}
 
 Header read_header(InputFile& file) {
   Header header;

@@ -45,7 +45,7 @@ HWY_INLINE void add_chunk(const FootprintTaps& taps, std::int64_t at, T amplitud
 }
 
 template <int kTaps, int kChunk, class T>
-HWY_INLINE void add_splats_of(const FootprintPhases& phases, const std::int32_t* offsets,
+HWY_INLINE void add_splats_of(const FootprintPhases& phases, const std::int64_t* offsets,
                               std::span<const Splat> splats, const PictureRows<T>& picture) {
   for (const Splat& splat : splats) {
     const int top = splat.row + phases.first_row;
@@ -76,7 +76,7 @@ HWY_INLINE void add_splats_of(const FootprintPhases& phases, const std::int32_t*
 }
 
 template <class T>
-HWY_INLINE void add_all_splats(const FootprintPhases& phases, const std::int32_t* offsets,
+HWY_INLINE void add_all_splats(const FootprintPhases& phases, const std::int64_t* offsets,
                                std::span<const Splat> splats, const PictureRows<T>& picture) {
   if (phases.taps == Taps::cubic) {
     if (phases.chunk == 8) {
@@ -91,12 +91,12 @@ HWY_INLINE void add_all_splats(const FootprintPhases& phases, const std::int32_t
   }
 }
 
-HWY_ATTR void add_splats_float(const FootprintPhases& phases, const std::int32_t* offsets,
+HWY_ATTR void add_splats_float(const FootprintPhases& phases, const std::int64_t* offsets,
                                std::span<const Splat> splats, const PictureRows<float>& picture) {
   add_all_splats(phases, offsets, splats, picture);
 }
 
-HWY_ATTR void add_splats_double(const FootprintPhases& phases, const std::int32_t* offsets,
+HWY_ATTR void add_splats_double(const FootprintPhases& phases, const std::int64_t* offsets,
                                 std::span<const Splat> splats, const PictureRows<double>& picture) {
   add_all_splats(phases, offsets, splats, picture);
 }
@@ -176,12 +176,12 @@ HWY_EXPORT(add_splats_float);
 HWY_EXPORT(add_splats_double);
 HWY_EXPORT(add_octants);
 
-void add_splats(const FootprintPhases& phases, const std::vector<std::int32_t>& offsets,
+void add_splats(const FootprintPhases& phases, const std::vector<std::int64_t>& offsets,
                 std::span<const Splat> splats, const PictureRows<float>& picture) {
   HWY_DYNAMIC_DISPATCH(add_splats_float)(phases, offsets.data(), splats, picture);
 }
 
-void add_splats(const FootprintPhases& phases, const std::vector<std::int32_t>& offsets,
+void add_splats(const FootprintPhases& phases, const std::vector<std::int64_t>& offsets,
                 std::span<const Splat> splats, const PictureRows<double>& picture) {
   HWY_DYNAMIC_DISPATCH(add_splats_double)(phases, offsets.data(), splats, picture);
 }
@@ -191,11 +191,11 @@ void add_octants(const OctantCell& cell, const OctantLevel& level, const RayRow&
   HWY_DYNAMIC_DISPATCH(add_octants)(cell, level, row, begin, end, values);
 }
 
-std::vector<std::int32_t> FootprintPhases::offsets(std::int64_t stride) const {
-  std::vector<std::int32_t> found(columns.size());
+std::vector<std::int64_t> FootprintPhases::offsets(std::int64_t stride) const {
+  std::vector<std::int64_t> found(columns.size());
   for (std::size_t row = 0; row + 1 < begin.size(); ++row) {
     for (auto c = static_cast<std::size_t>(begin[row]); c < static_cast<std::size_t>(begin[row + 1]); ++c) {
-      found[c] = columns[c] + static_cast<std::int32_t>(static_cast<std::int64_t>(row) * stride);
+      found[c] = columns[c] + static_cast<std::int64_t>(row) * stride;
     }
   }
   return found;

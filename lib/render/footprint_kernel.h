@@ -15,9 +15,9 @@ enum class Taps { linear, cubic };
 
 /// A footprint at all pixels around a term, for every place that the term may take between pixels: plane
 /// (q, p) holds at [row][column] the footprint at the pixel offset (first_column + column - p /
-/// column_phases, first_row + row - q / row_phases). Linear taps take p = 0 .. column_phases, cubic ones -1
-/// .. column_phases
-/// + 1; q likewise. Of each row only what matters is stored, in chunks of as many columns as a vector has.
+/// column_phases, first_row + row - q / row_phases). There are planes for p = 0 .. column_phases with linear
+/// taps, for p = -1 .. column_phases + 1 with cubic ones; q likewise. Of each row only what matters is
+/// stored, in chunks of 8 or 16 columns.
 struct FootprintPhases {
   Taps taps = Taps::cubic;
   int column_phases = 1, row_phases = 1;
@@ -35,8 +35,9 @@ struct FootprintPhases {
   [[nodiscard]] std::int64_t bytes() const {
     return static_cast<std::int64_t>(values.size() * sizeof(float));
   }
-  /// Where the chunks lie in a picture with rows that far apart, from the window's first pixel on.
-  [[nodiscard]] std::vector<std::int32_t> offsets(std::int64_t stride) const;
+  /// Where the chunks lie in a picture with rows that far apart, from the window's first pixel on. A window
+  /// may be many times as high as the picture: what int holds does not do.
+  [[nodiscard]] std::vector<std::int64_t> offsets(std::int64_t stride) const;
 };
 
 /// Columns that a row of a picture has before its first and behind its last: chunks are added as a whole.
@@ -69,9 +70,9 @@ struct PictureRows {
 
 /// picture += amplitude * footprint for every splat. Sums of taps are float, those of splats T.
 /// \param offsets  of the phases, for the picture's stride
-void add_splats(const FootprintPhases& phases, const std::vector<std::int32_t>& offsets,
+void add_splats(const FootprintPhases& phases, const std::vector<std::int64_t>& offsets,
                 std::span<const Splat> splats, const PictureRows<float>& picture);
-void add_splats(const FootprintPhases& phases, const std::vector<std::int32_t>& offsets,
+void add_splats(const FootprintPhases& phases, const std::vector<std::int64_t>& offsets,
                 std::span<const Splat> splats, const PictureRows<double>& picture);
 
 /// The same for one splat and one pixel, plainly.

@@ -11,7 +11,7 @@
 
 namespace vol::render {
 
-/// What is drawn how: FootprintPlan decides it (footprint_plan.h), values() carries it out. Refers to the
+/// What is drawn how: plan_footprints() decides it (footprint_plan.h), values() carries it out. Refers to the
 /// expansion.
 struct FootprintPicture {
   const wavelet::Expansion& expansion;

@@ -23,7 +23,7 @@ struct Layer {
   const std::vector<PixelRun>* window = nullptr;
   std::array<int, 2> face{};
   std::int64_t term_cost = 0, begin = 0, end = 0;
-  std::vector<std::int32_t> offsets;
+  std::vector<std::int64_t> offsets;
 };
 
 /// Parts in the order in which they are drawn: those of the same face together. Costs in about cycles of a

@@ -190,10 +190,6 @@ Prototypes battle_lemarie_prototypes(int degree) {
   return {spline(degree, sums.a, sums.first_a, 1), spline(degree, sums.b, sums.first_b, 0.5), 0, 0};
 }
 
-}  // namespace
-
-namespace {
-
 /// Piece of f and place within it, of an x known to be inside.
 struct Place {
   const std::array<double, 4>& a;

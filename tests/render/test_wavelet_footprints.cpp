@@ -6,6 +6,8 @@
 #include "base/parallel.h"
 #include "base/rng.h"
 #include "noise_volume.h"
+#include "render/footprint_kernel.h"
+#include "render/footprint_plan.h"
 #include "render/parallel_view.h"
 #include "render/wavelet_footprints.h"
 #include "render/wavelet_xray.h"
@@ -183,6 +185,23 @@ TEST(WaveletFootprints, ThreadsDoNotMatter) {
     EXPECT_EQ(one.counts.samples, two.counts.samples);
   }
   set_thread_count(before);
+}
+
+// A footprint much higher than the picture: its last rows lie further than 2^31 values away.
+TEST(FootprintPhasesOf, HighWindowsHaveOffsetsInRows) {
+  FootprintPhases phases;
+  phases.rows = 50000;
+  for (int row = 0; row < phases.rows; ++row) {
+    phases.begin.push_back(row);
+    phases.columns.push_back(row % 7);
+  }
+  phases.begin.push_back(phases.rows);
+  const std::int64_t stride = 65536 + 2 * kFootprintPadding;
+  const auto offsets = phases.offsets(stride);
+  ASSERT_EQ(offsets.size(), 50000U);
+  for (int row = 0; row < phases.rows; ++row) {
+    EXPECT_EQ(offsets[static_cast<std::size_t>(row)], row * stride + row % 7);
+  }
 }
 
 // Footprints that reach over all edges of the picture, and pictures of one block of rows, several and many,

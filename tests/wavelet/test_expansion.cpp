@@ -156,8 +156,8 @@ TEST_P(ExpansionOf, ConstantsAreReproduced) {
   }
 }
 
-// Functions longer than the period are folded to it, and jump where they are cut. Next to a cut, by rounding,
-// a point was in none of two images, and the sum fell short by some 0.1.
+// Functions longer than the period are folded to it, and jump where they are cut. A point that rounding next
+// to a cut puts in none of two images, or in both, makes the sum wrong by some 0.1.
 TEST_P(ExpansionOf, EveryPointIsInOneImageOfAFoldedFunction) {
   auto volume = random_volume<double>({8, 12, 8}, 1);
   for (double& v : std::get<volume::Grid<double>>(volume.grid).voxels) v = 1;
