@@ -1,6 +1,7 @@
 #include "image/image.h"
 
 #include <new>
+#include <stdexcept>
 
 #include "base/error.h"
 
@@ -14,13 +15,18 @@ Image::Image(int w, int h, std::vector<std::string> names) : width(w), height(h)
   }
   if (channels.empty()) throw Error("image without channels");
   const std::size_t count = static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * channels.size();
+  const auto too_large = [&] {
+    return Error("an image of " + std::to_string(w) + "x" + std::to_string(h) + " pixels and " +
+                 std::to_string(channels.size()) + " channels takes " +
+                 std::to_string(count * sizeof(float) >> 20) +
+                 " MiB, more memory than there is; make it smaller");
+  };
   try {
     pixels.assign(count, 0.0f);
   } catch (const std::bad_alloc&) {
-    throw Error("an image of " + std::to_string(w) + "x" + std::to_string(h) + " pixels and " +
-                std::to_string(channels.size()) + " channels takes " +
-                std::to_string(count * sizeof(float) >> 20) +
-                " MiB, more memory than there is; make it smaller");
+    throw too_large();
+  } catch (const std::length_error&) {  // more than a pointer reaches
+    throw too_large();
   }
 }
 

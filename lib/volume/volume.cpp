@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <new>
+#include <stdexcept>
 
 #include "base/error.h"
 #include "base/parallel.h"
@@ -92,15 +93,20 @@ Volume allocate(VoxelType type, const GridGeometry& geometry) {
   geometry.validate();
   return dispatch(type, [&]<class T>() {
     Volume volume;
+    const auto too_large = [&] {
+      const auto& [nx, ny, nz] = geometry.dims;
+      return Error(std::to_string(nx) + "x" + std::to_string(ny) + "x" + std::to_string(nz) +
+                   " voxels of type " + std::string(name(type)) + " take " +
+                   std::to_string(static_cast<std::int64_t>(static_cast<double>(geometry.count()) *
+                                                            sizeof(T) / 0x1p20)) +
+                   " MiB, more memory than there is");
+    };
     try {
       volume.grid = Grid<T>{geometry, Buffer<T>(static_cast<std::size_t>(geometry.count()))};
     } catch (const std::bad_alloc&) {
-      const auto& [nx, ny, nz] = geometry.dims;
-      throw Error(std::to_string(nx) + "x" + std::to_string(ny) + "x" + std::to_string(nz) +
-                  " voxels of type " + std::string(name(type)) + " take " +
-                  std::to_string(
-                      static_cast<std::int64_t>(static_cast<double>(geometry.count()) * sizeof(T) / 0x1p20)) +
-                  " MiB, more memory than there is");
+      throw too_large();
+    } catch (const std::length_error&) {  // more than a pointer reaches
+      throw too_large();
     }
     return volume;
   });

@@ -48,6 +48,19 @@ TEST(GridGeometry, RefusesWhatIsNoGrid) {
   EXPECT_THROW(g.validate(), Error);
 }
 
+// More bytes than there are addresses, which containers tell by another exception than too little memory.
+TEST(Volume, SizesBeyondAddressesAreRefusedInWords) {
+  auto g = generic();
+  g.dims = {1500000, 1500000, 1500000};
+  try {
+    (void)allocate(VoxelType::f32, g);
+    FAIL() << "accepted";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("1500000x1500000x1500000 voxels of type f32 take"), std::string::npos)
+        << e.what();
+  }
+}
+
 TEST(Volume, NonFiniteVoxelsAreRefusedWithCountAndPosition) {
   Volume v = allocate(VoxelType::f32, generic());
   auto& grid = std::get<Grid<float>>(v.grid);
