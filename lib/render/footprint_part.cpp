@@ -369,7 +369,7 @@ void make_tables(const wavelet::Expansion& expansion, const ParallelView& view, 
   group.quality = quality;
   group.tables = wavelet::make_footprints(group.lines, group.limits, group.below, q.step);
   for (auto& part : group.parts) {
-    part.phases.reset();
+    part.drop_phases();
     if (!wants_phases(part, q)) continue;
     part.phases = make_phases(part, group.tables[part.table], q, negligible);
     part.order = order_by_place(part);

@@ -44,6 +44,10 @@ struct FootprintPart {
   std::vector<std::uint32_t> order;
   std::vector<FootprintLine> lines;  ///< that tables of any quality are held against
 
+  void drop_phases() {
+    phases.reset();
+    order = {};
+  }
   [[nodiscard]] std::span<const wavelet::Term> terms() const {
     return cut < 0 ? std::span<const wavelet::Term>(band->terms) : std::span<const wavelet::Term>(own_terms);
   }

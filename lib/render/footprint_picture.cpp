@@ -43,6 +43,7 @@ FootprintPicture::FootprintPicture(const wavelet::Expansion& e, const camera::Vi
   parallel_for(0, height, 8, [&](std::int64_t from, std::int64_t to) {
     for (auto y = from; y < to; ++y) view.row(static_cast<int>(y), rays[static_cast<std::size_t>(y)]);
   });
+  std::vector<std::array<int, 2>> beside;
   for (std::size_t which = 0; which < 2; ++which) {
     for (std::size_t a = 0; a < 3; ++a) {
       auto& rows = windows.rows[which][a];
@@ -57,13 +58,20 @@ FootprintPicture::FootprintPicture(const wavelet::Expansion& e, const camera::Vi
           } else if (run.end == x) {
             run.end = x + 1;
           } else {  // a face is convex: along an edge of the box rounding let another one in
-            exact_pixels.push_back({x, static_cast<int>(y)});
+            beside.push_back({x, static_cast<int>(y)});
           }
         }
         windows.pixels[which][a] += rows[y].end - rows[y].begin;
       }
     }
   }
+  draw_exactly(beside);
+}
+
+void FootprintPicture::draw_exactly(const std::vector<std::array<int, 2>>& pixels) {
+  exact_pixels.insert(exact_pixels.end(), pixels.begin(), pixels.end());
+  std::sort(exact_pixels.begin(), exact_pixels.end());
+  exact_pixels.erase(std::unique(exact_pixels.begin(), exact_pixels.end()), exact_pixels.end());
 }
 
 /// Some rows of the picture in the making: first .. first + count - 1, a stride apart.

@@ -22,7 +22,7 @@ struct FootprintPicture {
 
   std::vector<PixelRow> rays;
   FaceWindows windows;
-  std::vector<std::array<int, 2>> exact_pixels;  ///< that no footprint can draw: (x, y)
+  std::vector<std::array<int, 2>> exact_pixels;  ///< that no footprint can draw: (x, y), each once
 
   std::vector<OctantCells> cells;
   std::optional<AxisProducts> products;
@@ -32,6 +32,8 @@ struct FootprintPicture {
   /// The rays of every pixel and the windows of the box's faces; nothing to draw yet.
   FootprintPicture(const wavelet::Expansion& expansion, const camera::View& view, int width, int height);
 
+  /// More exact pixels. Each is kept once: pixels are drawn in parallel.
+  void draw_exactly(const std::vector<std::array<int, 2>>& pixels);
   [[nodiscard]] bool misses(int x, int y) const {
     return rays[static_cast<std::size_t>(y)].half[static_cast<std::size_t>(x)] < 0;
   }

@@ -14,6 +14,8 @@ namespace {
 constexpr std::int64_t kBlockBytes = 256 << 10;
 constexpr std::int64_t kLeastRows = 64;
 constexpr std::int64_t kTasks = 16;
+/// What the shares of terms hold together; wide pictures have fewer shares.
+constexpr std::int64_t kShareBytes = 64 << 20;
 /// Terms that are brought into the picture before they are drawn.
 constexpr std::size_t kBatch = 256;
 
@@ -138,10 +140,12 @@ std::vector<double> sum_of_layers(const std::vector<Layer>& layers, int width, i
   std::vector<double> picture(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   double unit = largest_amplitude(layers);
   if (!(unit > 0)) unit = 1;
-  const auto fitting = kBlockBytes / (stride * static_cast<std::int64_t>(sizeof(T)));
+  const std::int64_t row_bytes = stride * static_cast<std::int64_t>(sizeof(T));
+  const auto fitting = kBlockBytes / row_bytes;
   const auto block_rows = static_cast<int>(std::min<std::int64_t>(std::max(fitting, kLeastRows), height));
   const std::int64_t blocks = (height + block_rows - 1) / block_rows;
-  const std::int64_t shares = std::max<std::int64_t>(1, kTasks / blocks);
+  const std::int64_t shares = std::clamp<std::int64_t>(kShareBytes / (blocks * block_rows * row_bytes), 1,
+                                                       std::max<std::int64_t>(1, kTasks / blocks));
   const std::int64_t cost = layers.back().end;
   std::vector<std::optional<Block<T>>> sums(static_cast<std::size_t>(blocks * shares));
   const auto block = [&](std::int64_t number) {

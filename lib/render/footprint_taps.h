@@ -14,7 +14,8 @@ struct FootprintTaps {
 
 /// Planes and weights of a place: with v in [0, 1] the rest of u or v behind a plane, the weights along one
 /// direction are those of the polynomial of Lagrange through the planes at 0, 1 (kTaps = 4: 1 - v, v) or
-/// -1, 0, 1, 2 (kTaps = 16): w_n(v) = prod_(m != n) (v - m) / (n - m). Those of both directions are multiplied.
+/// -1, 0, 1, 2 (kTaps = 16): w_n(v) = prod_(m != n) (v - m) / (n - m). Those of both directions are
+/// multiplied.
 template <int kTaps>
 inline void find_taps(const FootprintPhases& phases, const Splat& splat, FootprintTaps& taps) {
   constexpr int kWidth = kTaps == 16 ? 4 : 2;

@@ -1,6 +1,8 @@
 #include "render/wavelet_footprints.h"
 
 #include <cmath>
+#include <new>
+#include <string>
 
 #include "base/error.h"
 #include "render/footprint_plan.h"
@@ -20,8 +22,17 @@ WaveletFootprints::WaveletFootprints(const wavelet::Expansion& expansion, const 
   if (!(error > 0) || !std::isfinite(error))
     throw Error("footprint error: a positive share of the range is expected");
   require_valid(options);
-  state_ = std::make_unique<State>(
-      State{FootprintPicture(expansion, scene.view, options.width, options.height), options, {}, {}});
+  // Of sizes that memory does not hold an image says so, before the rays of its pixels are made.
+  static_cast<void>(blank_image(options));
+  const auto made = [&] {
+    try {
+      return FootprintPicture(expansion, scene.view, options.width, options.height);
+    } catch (const std::bad_alloc&) {
+      throw Error("the rays of " + std::to_string(options.width) + "x" + std::to_string(options.height) +
+                  " pixels take more memory than there is; make the image smaller");
+    }
+  };
+  state_ = std::make_unique<State>(State{made(), options, {}, {}});
   state_->report = plan_footprints(error, state_->picture);
 }
 

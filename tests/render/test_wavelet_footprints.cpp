@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "base/error.h"
@@ -167,24 +168,114 @@ TEST(WaveletFootprints, AreLinearInTheValues) {
   const auto large = expansion(noise({24, 16, 20}, 5, 1e30), "daubechies-4", 1, 500);
   const auto a = WaveletFootprints(small, scene, options, 1e-3).draw(),
              b = WaveletFootprints(large, scene, options, 1e-3).draw();
+  // Sums of hundreds of terms in float, in other units: some tens of its roundings.
+  double least = 1e300, most = -1e300, largest = 0;
   for (int y = 0; y < 20; ++y) {
-    for (int x = 0; x < 20; ++x) EXPECT_NEAR(b.image.at(x, y, 0) / 1e30, a.image.at(x, y, 0), 1e-4);
+    for (int x = 0; x < 20; ++x) {
+      const double value = a.image.at(x, y, 0);
+      least = std::min(least, value);
+      most = std::max(most, value);
+      largest = std::max(largest, std::abs(b.image.at(x, y, 0) / 1e30 - value));
+    }
   }
+  EXPECT_LE(largest, 2e-6 * (most - least));
 }
 
+// Pictures of one block of rows and of several; terms added in float and in double.
 TEST(WaveletFootprints, ThreadsDoNotMatter) {
-  const RenderOptions options{.width = 40, .height = 75};
   const int before = thread_count();
   for (const char* name : {"haar", "coiflet-6"}) {
-    const auto field = expansion(noise({24, 18, 22}, 5), name, 1, 300);
-    set_thread_count(1);
-    const auto one = WaveletFootprints(field, view(30, 20), options, 1e-3).draw();
-    set_thread_count(2);
-    const auto two = WaveletFootprints(field, view(30, 20), options, 1e-3).draw();
-    EXPECT_TRUE(one.image.pixels == two.image.pixels) << name;
-    EXPECT_EQ(one.counts.samples, two.counts.samples);
+    const auto field = expansion(noise({24, 18, 22}, 5), name, 1, 150);
+    for (const auto& [width, height] : {std::array{40, 75}, std::array{1100, 150}}) {
+      Scene scene = view(30, 20);
+      scene.view.width = width > 1000 ? 500 : 40;  // the volume is some 40 pixels wide
+      const RenderOptions options{.width = width, .height = height};
+      for (const double error : {1e-3, 1e-6}) {
+        set_thread_count(1);
+        const auto one = WaveletFootprints(field, scene, options, error).draw();
+        set_thread_count(2);
+        const auto two = WaveletFootprints(field, scene, options, error).draw();
+        EXPECT_TRUE(one.image.pixels == two.image.pixels) << name << " " << width << " " << error;
+        EXPECT_EQ(one.counts.samples, two.counts.samples);
+      }
+    }
   }
   set_thread_count(before);
+}
+
+/// Largest difference of two pictures of the same size.
+double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  double largest = 0;
+  for (std::size_t n = 0; n < a.size(); ++n) largest = std::max(largest, std::abs(a[n] - b[n]));
+  return largest;
+}
+
+// Rounding is a share of the terms, the error asked for one of the picture's range: of a large constant with
+// little noise, between two faces where all rays are as long, the range is a small part of the terms.
+TEST(WaveletFootprints, AddInFloatWhereItsRoundingIsLittleOfTheRange) {
+  struct Case {
+    const char* wavelet;
+    Dims dims;
+    std::int64_t keep;
+    double least, most, width, azimuth, elevation, error;  // values; the picture
+  };
+  const Dims small{24, 20, 22}, large{48, 40, 44};
+  int in_float = 0, in_double = 0;
+  for (const auto& c : {Case{"daubechies-4", small, 1320, -0.5, 0.5, 40, 30, 20, 1e-2},
+                        Case{"coiflet-6", small, 1320, 0, 1, 40, 30, 20, 1e-3},
+                        Case{"coiflet-6", small, 1320, 0, 1, 40, 30, 20, 3e-5},
+                        Case{"daubechies-4", large, 10560, 9, 11, 24, 3, 2, 3e-1},
+                        Case{"daubechies-4", large, 10560, 999, 1001, 24, 3, 2, 1e-1}}) {
+    const auto field = expansion(render::noise(c.dims, 4, c.least, c.most, false), c.wavelet, 1, c.keep);
+    Scene scene = view(c.azimuth, c.elevation);
+    scene.view.width = c.width;
+    FootprintPicture picture(field, scene.view, 48, 36);
+    const auto report = plan_footprints(c.error, picture);
+    if (report.terms_tables > 0) ++(picture.in_float ? in_float : in_double);
+    const bool chosen = picture.in_float;
+    const auto drawn = picture.values(nullptr);
+    picture.in_float = true;
+    const auto floats = picture.values(nullptr);
+    picture.in_float = false;
+    const double off = largest_difference(floats, picture.values(nullptr));
+    double error = 0;
+    for (int n = 0; n < 48 * 36; n += 11) {
+      const auto cast = picture.view.cast(n % 48, n / 48);
+      std::int64_t terms = 0, pieces = 0;
+      const double truth = cast ? picture.xray.integral(cast->ray, cast->chord, terms, pieces) : 0;
+      error = std::max(error, std::abs(drawn[static_cast<std::size_t>(n)] - truth));
+    }
+    EXPECT_LE(error, report.allowed) << c.wavelet << " " << c.least << " " << c.error;
+    EXPECT_LE(off, report.rounding) << c.wavelet << " " << c.least << " " << c.error;
+    if (chosen) {
+      EXPECT_LE(off, 0.1 * report.allowed) << c.wavelet << " " << c.least << " " << c.error;
+    }
+  }
+  EXPECT_GT(in_float, 0);
+  EXPECT_GT(in_double, 0);
+}
+
+// Two threads would write the same pixel.
+TEST(WaveletFootprints, ExactPixelsAreKeptOnce) {
+  const auto field = expansion(noise({8, 8, 8}, 5), "haar", 1, 10);
+  FootprintPicture picture(field, view(30, 20).view, 9, 7);
+  ASSERT_TRUE(picture.exact_pixels.empty());
+  picture.draw_exactly({{3, 1}, {0, 2}, {3, 1}});
+  picture.draw_exactly({{0, 2}, {8, 6}});
+  const std::vector<std::array<int, 2>> once{{0, 2}, {3, 1}, {8, 6}};
+  EXPECT_EQ(picture.exact_pixels, once);
+}
+
+// Products whose bound is kept on paper, but not, by rounding, at the pixels integrated: what is then drawn
+// is exact, and its record says so.
+TEST(WaveletFootprints, RejectedProductsLeaveNoTraceInTheRecord) {
+  const auto field = expansion(noise({1, 14, 16}, 4), "daubechies-4", 1, 100);
+  FootprintPicture picture(field, view(0, 0).view, 17, 12);
+  const auto report = plan_footprints(1e-18, picture);
+  EXPECT_EQ(report.terms_products, 0);
+  EXPECT_GT(report.terms_exact, 0);
+  EXPECT_EQ(report.estimate, 0);
+  EXPECT_EQ(report.found, 0);
 }
 
 // A footprint much higher than the picture: its last rows lie further than 2^31 values away.
