@@ -188,7 +188,7 @@ TEST(WaveletFootprints, ThreadsDoNotMatter) {
     const auto field = expansion(noise({24, 18, 22}, 5), name, 1, 150);
     for (const auto& [width, height] : {std::array{40, 75}, std::array{1100, 150}}) {
       Scene scene = view(30, 20);
-      scene.view.width = width > 1000 ? 500 : 40;  // the volume is some 40 pixels wide
+      scene.view.width = width > 1000 ? 500 : 40;  // the volume is 20 to 40 pixels wide
       const RenderOptions options{.width = width, .height = height};
       for (const double error : {1e-3, 1e-6}) {
         set_thread_count(1);

@@ -56,7 +56,8 @@ TEST(Volume, SizesBeyondAddressesAreRefusedInWords) {
     (void)allocate(VoxelType::f32, g);
     FAIL() << "accepted";
   } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("1500000x1500000x1500000 voxels of type f32 take"), std::string::npos)
+    EXPECT_NE(std::string(e.what()).find("1500000x1500000x1500000 voxels of type f32 take"),
+              std::string::npos)
         << e.what();
   }
 }
@@ -71,7 +72,8 @@ TEST(Volume, NonFiniteVoxelsAreRefusedWithCountAndPosition) {
     (void)value_range(v);
     FAIL() << "accepted";
   } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("2 voxels are NaN or infinite, the first at (3,2,1)"), std::string::npos)
+    EXPECT_NE(std::string(e.what()).find("2 voxels are NaN or infinite, the first at (3,2,1)"),
+              std::string::npos)
         << e.what();
   }
   const double missing = -4;
