@@ -201,9 +201,8 @@ image::Image draw_within(const Grid& grid, const cli::GridVariable& variable, co
   WithinErrorResult result = record.repeated("render", [&] {
     return draw_within_error(rays, variable.values, plain, size[0], size[1], o.sheets, o.max_error);
   });
-  SheetCounts sheets = result.counts.sheets;
-  sheets.samples = result.counts.samples;  // what all pictures took
-  count(sheets, record);
+  count(result.counts.sheets, record);
+  record.count("samples_in_all", result.counts.samples);
   record.count("rays", result.counts.rays);
   record.count("ray_samples", result.counts.ray_samples);
   record.count("redrawn", result.counts.redrawn);

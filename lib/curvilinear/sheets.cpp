@@ -75,7 +75,7 @@ class Sheets {
     each(bands, [&](Band& band) { store(band, result.image); });
     for (std::size_t other = 1; other < pictures.size(); ++other) {
       each(pictures[other], [&](Band& band) { store_difference(band, result.image); });
-      for (const Band& band : pictures[other]) result.counts.samples += band.counts.samples;
+      for (const Band& band : pictures[other]) result.counts.off_samples += band.counts.samples;
     }
     for (const Band& band : bands) {
       result.counts.sheets += band.counts.sheets;
@@ -300,7 +300,7 @@ class Sheets {
       bool is_large;
     };
     static constexpr int kMostHalvings = 6;
-    static constexpr double kSheetsAValue = 1024;
+    static constexpr double kSheetsAValue = 1024;  // chosen: a thousandth of the colours each
     const Sheets* of_;
     std::size_t next_, end_;
     std::vector<Part> parts_;  // of a cell, the nearest last

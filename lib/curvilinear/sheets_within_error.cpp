@@ -13,13 +13,19 @@ namespace {
 using render::PixelPosition;
 
 constexpr int kError = 5;           ///< the channel
-constexpr double kRayShare = 0.25;  ///< of max_error, for rays
+constexpr double kRayShare = 0.25;  ///< of max_error, for rays; chosen
 constexpr float kFloat = 6e-8F;     ///< rounding of a pixel's channels
 /// Solids are drawn to a tenth of the throttle's pixels, merged ones to as much again.
 constexpr double kPositions = 0.2;
-constexpr double kLeastForSheets = 2e-5;  ///< below it, sheets' float arithmetic would be seen
+/// Below it sheets' float arithmetic would be seen, some hundred roundings of it; chosen.
+constexpr double kLeastForSheets = 2e-5;
+/// Where the search for a throttle starts and ends. Chosen: halving mends a start that is too coarse, at the
+/// cost of pictures drawn in vain; one that is too fine nothing mends.
 constexpr double kLeastThrottle = 0.25, kMostThrottle = 16, kThrottleAnError = 1000;
-constexpr float kSafety = 2;  ///< on what a picture of twice the throttle differs by
+/// On what a picture of twice the throttle differs by. Chosen: an error of order 2 in the throttle would need
+/// 1 / 3 of it, one of order 1 just it.
+constexpr float kSafety = 2;
+/// Of the pixels, for which halving the throttle is taken to cost more than rays do; chosen.
 constexpr double kMostRedrawn = 0.125;
 
 class WithinError {
@@ -158,7 +164,7 @@ class WithinError {
     options_.sensitivity = sensitivity;
     SheetResult drawn =
         draw_sheets(rays_.grid(), values_, camera_, scene_.transfer, scene_.reference_length, options_);
-    result_.counts.samples += drawn.counts.samples;
+    result_.counts.samples += drawn.counts.samples + drawn.counts.off_samples;
     return drawn;
   }
 

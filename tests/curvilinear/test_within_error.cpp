@@ -74,6 +74,8 @@ TEST(WithinError, IsKeptAgainstRays) {
       if (bound < 0.02) continue;
       EXPECT_GT(found.result.throttle, 0);
       EXPECT_GT(found.result.counts.sheets.sheets, 0);
+      // The picture, two of off values and a coarser one at least.
+      EXPECT_GT(found.result.counts.samples, 3 * found.result.counts.sheets.samples);
       EXPECT_LT(found.result.counts.rays, 96 * 96);
       EXPECT_GE(found.result.last_checked, kChecked);
     }
