@@ -53,6 +53,11 @@ Circles::Part Circles::part_of(std::uint32_t cell, const Solid& solid, const Vec
 void Circles::split(std::span<const std::uint32_t> members, std::vector<CellPart>& parts,
                     CircleCounts& counts) const {
   ++counts.circles;
+  if (members.size() >= kMostParts) {  // a solid is 2 KB, and pairs are compared
+    ++counts.unresolved;
+    for (const std::uint32_t c : members) parts.push_back({c, Vec3::Zero(), Vec3::Ones()});
+    return;
+  }
   std::vector<Part> whole;
   std::vector<std::uint32_t> sorted(members.begin(), members.end());
   std::sort(sorted.begin(), sorted.end());

@@ -23,8 +23,8 @@ struct CircleCounts {
 /// is asked again between the parts, where their faces meet and where rays pass from one to another, and so
 /// on in the circles that are left. Where sight goes along the axis of a twist there are circles at every
 /// scale, whose parts hide ever less of one another: where kMostSplits halvings, one along each axis as a
-/// rule, leave more than half of the parts in their circle, and where parts are below kLeastPartPixels or
-/// kMostParts, they keep the order that front_to_back() gives.
+/// rule, leave more than half of the parts in their circle, where parts are below kLeastPartPixels, and where
+/// there are kMostParts or more, they keep the order that front_to_back() gives.
 class Circles {
  public:
   /// \param cells  in the order that places refer to; refers to all of these
@@ -37,7 +37,8 @@ class Circles {
         screen_(screen),
         gaps_(gaps) {}
 
-  /// Adds the parts of a circle's members (places), front to back.
+  /// Adds the parts of a circle's members (places), front to back; of kMostParts or more the members whole,
+  /// as they come: not even what is in front of what is asked.
   void split(std::span<const std::uint32_t> members, std::vector<CellPart>& parts,
              CircleCounts& counts) const;
 

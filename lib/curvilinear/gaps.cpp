@@ -85,6 +85,21 @@ OpenFace open_face(const Solid& solid, std::uint32_t cell, const Vec3& first, do
   return face;
 }
 
+/// Whether a face of a cell, or group of size^3, lies beside some cell that is not listed. One that does so
+/// in part is taken for open: what it adds are passages, whose order is that of the ray.
+bool is_open(const CellPlaces& place, std::uint32_t block, const Dims& first, std::int64_t size,
+             std::size_t axis, int side) {
+  Dims beside = first;
+  beside[axis] += side > 0 ? size : -1;
+  const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+  for (beside[v] = first[v]; beside[v] < first[v] + size; ++beside[v]) {
+    for (beside[u] = first[u]; beside[u] < first[u] + size; ++beside[u]) {
+      if (place(block, beside) < 0) return true;
+    }
+  }
+  return false;
+}
+
 /// The faces beside which no other cell is listed.
 std::vector<OpenFace> open_faces(const std::vector<VisibleCell>& cells, const std::vector<Dims>& block_cells,
                                  const SolidOf& solid_of, const Screen& screen) {
@@ -97,9 +112,7 @@ std::vector<OpenFace> open_faces(const std::vector<VisibleCell>& cells, const st
     bool made = false;
     for (int axis = 0; axis < 3; ++axis) {
       for (const int side : {0, 1}) {
-        Dims beside = first;
-        beside[static_cast<std::size_t>(axis)] += side > 0 ? size : -1;
-        if (place(cells[c].block, beside) >= 0) continue;
+        if (!is_open(place, cells[c].block, first, size, static_cast<std::size_t>(axis), side)) continue;
         if (!made) solid = solid_of(cells[c]);
         made = true;
         const Vec3 corner(static_cast<double>(first[0]), static_cast<double>(first[1]),

@@ -5,19 +5,20 @@
 
 #include "base/parallel.h"
 #include "curvilinear/halves.h"
+#include "curvilinear/larger_error.h"
 
 namespace vol::curvilinear {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-/// Largest distance of two solids' control points.
+/// Largest distance of two solids' control points; infinite where one is not a number.
 MergeTolerance difference(const Solid& a, const Solid& b) {
   MergeTolerance largest{0, 0};
   for (std::size_t n = 0; n < 64; ++n) {
     const Point4 d = a.b[n] - b.b[n];
-    largest.position = std::max(largest.position, d.head<3>().squaredNorm());
-    largest.value = std::max(largest.value, std::abs(d[3]));
+    largest.position = larger_error(largest.position, d.head<3>().squaredNorm());
+    largest.value = larger_error(largest.value, std::abs(d[3]));
   }
   largest.position = std::sqrt(largest.position);
   return largest;

@@ -8,7 +8,7 @@ namespace vol::curvilinear {
 
 TransferTable::TransferTable(const transfer::TransferFunction& transfer, double thinned_by, double off) {
   const double low = transfer.breakpoints().front(), high = transfer.breakpoints().back();
-  const double by = high > low ? off * (high - low) : 0;
+  const double by = off * (high > low ? high - low : 1);
   const auto opacity = [&](double value) {
     return by > 0   ? transfer.max_opacity(value - by, value + by)
            : by < 0 ? transfer.min_opacity(value + by, value - by)
@@ -23,7 +23,8 @@ TransferTable::TransferTable(const transfer::TransferFunction& transfer, double 
   entries_.reserve(kEntries + 3);
   add(std::nextafter(low, -std::numeric_limits<double>::infinity()));
   if (high > low) {
-    per_value_ = 1 / (high - low);
+    if (1 / (high - low) > std::numeric_limits<double>::max()) scale_ = 0x1p100;
+    per_value_ = 1 / ((high - low) * scale_);
     end_ = 1;
     // Rounding may take a value just below the end one step too far: there is one more.
     for (int n = 0; n <= kEntries; ++n) {

@@ -30,14 +30,14 @@ class TransferTable {
   struct Entry {
     float r, g, b, depth;
   };
-  /// \param off  values may be off by so much (a share): the largest optical depth there (or the smallest,
-  /// `off` being negative), with the colour at the stretch's higher (lower) end
+  /// \param off  values may be off by so much (a share; of a single break a distance): the largest optical
+  /// depth there (or the smallest, `off` being negative), with the colour at the stretch's higher (lower) end
   TransferTable(const transfer::TransferFunction& transfer, double thinned_by, double off = 0);
   /// 0 at the first break, 1 at the last; of a single break the distance from it. Held within +-1e30, so that
   /// float holds what lies between two of them.
   [[nodiscard]] double share(double value) const {
     constexpr double kMost = 1e30;
-    return std::clamp((value - origin_) * per_value_, -kMost, kMost);
+    return std::clamp((value - origin_) * scale_ * per_value_, -kMost, kMost);
   }
   [[nodiscard]] const Entry& operator()(float share) const {
     if (!(share > 0)) return entries_.front();
@@ -57,6 +57,7 @@ class TransferTable {
   static constexpr int kEntries = 1 << 14;
   std::vector<Entry> entries_;
   double origin_, per_value_ = 1;
+  double scale_ = 1;  ///< other than 1 where the reciprocal of the stretch is no number
   float end_ = std::numeric_limits<float>::min();  ///< share of the last break; of a single one all above it
 };
 

@@ -9,6 +9,7 @@
 #include "base/parallel.h"
 #include "curvilinear/circles.h"
 #include "curvilinear/halves.h"
+#include "curvilinear/larger_error.h"
 #include "curvilinear/merged_cells.h"
 #include "curvilinear/sheet_mesh.h"
 
@@ -37,7 +38,7 @@ class Sheets {
     fineness_ = {options.throttle, kValueShare * options.throttle * std::min(high - low, table_.range()),
                  screen_.world_length() / reference_length};
     tables_.push_back(&table_);
-    if (options.bounds) {
+    if (options.sensitivity) {
       // As much again where cells are merged.
       const double off = (options.merge ? 2 : 1) * fineness_.value_tolerance;
       least_.emplace(transfer, options.thinned_by, -off);
@@ -52,7 +53,7 @@ class Sheets {
 
   [[nodiscard]] SheetResult draw() const {
     std::vector<std::string> channels{"R", "G", "B", "A", "samples"};
-    if (options_.bounds) channels.emplace_back("error");
+    if (options_.sensitivity) channels.emplace_back("error");
     SheetResult result{image::Image(camera_.image_width(), camera_.image_height(), channels), {}};
     // A pixel's samples come in the order of the cells, whatever the bands and the threads.
     constexpr int kRows = 32;
@@ -74,6 +75,7 @@ class Sheets {
     each(bands, [&](Band& band) { store(band, result.image); });
     for (std::size_t other = 1; other < pictures.size(); ++other) {
       each(pictures[other], [&](Band& band) { store_difference(band, result.image); });
+      for (const Band& band : pictures[other]) result.counts.off_samples += band.counts.samples;
     }
     for (const Band& band : bands) {
       result.counts.sheets += band.counts.sheets;
@@ -209,17 +211,21 @@ class Sheets {
     cell.top = static_cast<int>(std::floor(std::clamp(box.top, 0.0, height)));
     cell.bottom = static_cast<int>(std::min(std::floor(std::clamp(box.bottom, -1.0, height)) + 1, height));
     cell.is_large = is_large(box);
-    if (cell.top < cell.bottom) require_in_reach(std::max(box.right - box.left, box.bottom - box.top));
+    if (cell.top < cell.bottom) require_in_reach(seen, std::max(box.right - box.left, box.bottom - box.top));
     return cell;
   }
-  void require_in_reach(double extent) const {
-    const auto pixels = [&] { return std::to_string(static_cast<std::int64_t>(std::min(extent, 1e15))); };
-    if (options_.thickness == Thickness::physical && extent > kMostPixels) {
-      throw Error("a cell is " + pixels() + " pixels across, more than sheets are for (" +
+  void require_in_reach(const Solid& seen, double across) const {
+    const auto pixels = [](double n) { return std::to_string(static_cast<std::int64_t>(std::min(n, 1e15))); };
+    if (options_.thickness == Thickness::physical && across > kMostPixels) {
+      throw Error("a cell is " + pixels(across) + " pixels across, more than sheets are for (" +
                   std::to_string(kMostPixels) + "); take a greater width, or rays");
     }
-    if (options_.thickness == Thickness::layers && extent > kMostSteps * options_.throttle) {
-      throw Error("a cell is " + pixels() + " pixels across, more than the " + std::to_string(kMostSteps) +
+    if (options_.thickness != Thickness::layers) return;
+    const Extents e = extents(oriented(seen, screen_).solid, screen_);  // of which step counts are made
+    const double most = std::max({e.across[0], e.across[1], e.length[2]});
+    if (most > kMostSteps * options_.throttle) {
+      throw Error("a cell takes points along " + pixels(most) + " pixels, more than the " +
+                  std::to_string(kMostSteps) +
                   " steps that layers have; take a greater width or throttle, or physical thickness");
     }
   }
@@ -294,7 +300,7 @@ class Sheets {
       bool is_large;
     };
     static constexpr int kMostHalvings = 6;
-    static constexpr double kSheetsAValue = 1024;
+    static constexpr double kSheetsAValue = 1024;  // chosen: a thousandth of the colours each
     const Sheets* of_;
     std::size_t next_, end_;
     std::vector<Part> parts_;  // of a cell, the nearest last
@@ -382,7 +388,7 @@ class Sheets {
         const Band::Pixel& pixel = band.pixels[band.at(x, y)];
         const float channels[4] = {pixel.r, pixel.g, pixel.b, 1 - pixel.transmittance};
         for (int c = 0; c < 4; ++c)
-          image.at(x, y, 5) = std::max(image.at(x, y, 5), std::abs(channels[c] - image.at(x, y, c)));
+          image.at(x, y, 5) = larger_error(image.at(x, y, 5), std::abs(channels[c] - image.at(x, y, c)));
       }
     }
   }
@@ -421,8 +427,9 @@ SheetResult draw_sheets(const Grid& grid, const std::vector<std::vector<double>>
                         double reference_length, const SheetOptions& options) {
   if (!(options.throttle > 0 && std::isfinite(options.throttle)))
     throw Error("the throttle must be positive and finite");
-  if (options.thickness == Thickness::layers && (options.merge || options.bounds))
-    throw Error("cells are merged and errors bounded by physical thickness alone");
+  if (options.thickness == Thickness::layers && (options.merge || options.sensitivity))
+    throw Error("cells are merged and errors estimated by physical thickness alone");
+  if (values.size() != grid.blocks.size()) throw Error("sheets need values for every block");
   return Sheets(grid, values, camera, transfer, reference_length, options).draw();
 }
 

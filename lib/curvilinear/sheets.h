@@ -26,7 +26,9 @@ struct SheetOptions {
   double throttle = 1;
   bool merge = false;       ///< draw groups of cells as one where they differ by no more than tolerances
   bool along_rays = false;  ///< order the cells of one block, too, along each pixel's ray (gaps.h)
-  bool bounds = false;    ///< a channel `error`: by how much pixels change where values are off by tolerances
+  /// A channel `error`: by how much pixels change where all values are off by their tolerance, one way or the
+  /// other. A sensitivity, no bound: values off one way here and the other way there are not tried.
+  bool sensitivity = false;
   double thinned_by = 1;  ///< optical depths are divided by it: global_layers(), or 1
 };
 
@@ -37,14 +39,15 @@ struct SheetOptions {
 [[nodiscard]] double global_layers(const Grid& grid, double gamma);
 
 struct SheetCounts {
-  std::int64_t cells = 0;       ///< that are not missing and meet the picture
-  std::int64_t circles = 0;     ///< of cells that hide one another in turn
-  std::int64_t split = 0;       ///< cells in them that were split
-  std::int64_t unresolved = 0;  ///< circles of their parts that are left
-  std::int64_t sheets = 0;      ///< drawn; layers: once for each band of 32 rows that a cell meets
-  std::int64_t points = 0;      ///< by forward differences; layers: likewise
-  std::int64_t samples = 0;     ///< composited into a pixel
-  std::int64_t redundant = 0;   ///< points that fall on a pixel their sheet has already
+  std::int64_t cells = 0;        ///< that are not missing and meet the picture
+  std::int64_t circles = 0;      ///< of cells that hide one another in turn
+  std::int64_t split = 0;        ///< cells in them that were split
+  std::int64_t unresolved = 0;   ///< circles of their parts that are left
+  std::int64_t sheets = 0;       ///< drawn; layers: once for each band of 32 rows that a cell meets
+  std::int64_t points = 0;       ///< by forward differences; layers: likewise
+  std::int64_t samples = 0;      ///< composited into a pixel
+  std::int64_t off_samples = 0;  ///< composited besides, for the sensitivity
+  std::int64_t redundant = 0;    ///< points that fall on a pixel their sheet has already
   std::int64_t holes = 0;  ///< pixels without a sample between two, on either side or above and below, with
 };
 

@@ -5,20 +5,28 @@
 
 #include "base/error.h"
 #include "base/rng.h"
+#include "curvilinear/larger_error.h"
 
 namespace vol::curvilinear {
 namespace {
 
 using render::PixelPosition;
 
-constexpr int kError = 5;                 ///< the channel
-constexpr double kRayShare = 0.25;        ///< of max_error, for rays
-constexpr float kFloat = 6e-8F;           ///< rounding of a pixel's channels
-constexpr double kLeastForSheets = 2e-5;  ///< below it, sheets' float arithmetic would be seen
+constexpr int kError = 5;           ///< the channel
+constexpr double kRayShare = 0.25;  ///< of max_error, for rays; chosen
+constexpr float kFloat = 6e-8F;     ///< rounding of a pixel's channels
+/// Solids are drawn to a tenth of the throttle's pixels, merged ones to as much again.
+constexpr double kPositions = 0.2;
+/// Below it sheets' float arithmetic would be seen, some hundred roundings of it; chosen.
+constexpr double kLeastForSheets = 2e-5;
+/// Where the search for a throttle starts and ends. Chosen: halving mends a start that is too coarse, at the
+/// cost of pictures drawn in vain; one that is too fine nothing mends.
 constexpr double kLeastThrottle = 0.25, kMostThrottle = 16, kThrottleAnError = 1000;
-constexpr float kSafety = 2;  ///< on what a picture of twice the throttle differs by
+/// On what a picture of twice the throttle differs by. Chosen: an error of order 2 in the throttle would need
+/// 1 / 3 of it, one of order 1 just it.
+constexpr float kSafety = 2;
+/// Of the pixels, for which halving the throttle is taken to cost more than rays do; chosen.
 constexpr double kMostRedrawn = 0.125;
-constexpr int kMostChecks = 4;
 
 class WithinError {
  public:
@@ -50,11 +58,13 @@ class WithinError {
     bool passed = false;
     for (int n = 0; n < kMostChecks && !passed; ++n) passed = check();
     if (!passed) {
-      for (auto& [x, y] : pixels([](float) { return true; })) result_.image.at(x, y, kError) = kUnknown;
+      for (const auto& [x, y] : of_sheets()) result_.image.at(x, y, kError) = kUnknown;
       redraw_above();
     }
+    if (of_sheets().empty()) forget_sheets();
     for (const auto& [x, y] : all())
-      result_.error_estimate = std::max(result_.error_estimate, double{result_.image.at(x, y, kError)});
+      result_.error_estimate = larger_error(result_.error_estimate, double{result_.image.at(x, y, kError)});
+    result_.counts.ray_samples = ray_counts_.samples;
     return std::move(result_);
   }
 
@@ -86,12 +96,28 @@ class WithinError {
   }
   /// Those of sheets whose estimate is asked for.
   template <class Asked>
-  [[nodiscard]] std::vector<PixelPosition> pixels(const Asked& asked) const {
+  [[nodiscard]] std::vector<PixelPosition> of_sheets_where(const Asked& asked) const {
     std::vector<PixelPosition> found = all();
     std::erase_if(found, [&](const PixelPosition& p) {
       return by_rays_[at(p.x, p.y)] || !asked(result_.image.at(p.x, p.y, kError));
     });
     return found;
+  }
+
+  [[nodiscard]] std::vector<PixelPosition> of_sheets() const {
+    return of_sheets_where([](float) { return true; });
+  }
+  /// Pixels that something drawn, at this throttle, may be off by; for all that looks around a pixel.
+  [[nodiscard]] int reach() const {
+    return std::max(1, static_cast<int>(std::ceil(kPositions * options_.throttle)));
+  }
+  /// Over the pixels of the picture within reach of one.
+  template <class Visit>
+  void around(int x, int y, const Visit& visit) const {
+    const int r = reach();
+    for (int v = std::max(0, y - r); v < std::min(camera_.image_height(), y + r + 1); ++v) {
+      for (int u = std::max(0, x - r); u < std::min(camera_.image_width(), x + r + 1); ++u) visit(u, v);
+    }
   }
 
   void draw_by_sheets() {
@@ -113,8 +139,16 @@ class WithinError {
         return;
     }
   }
+  /// Nothing in the picture is by them: neither are the figures.
+  void forget_sheets() {
+    result_.throttle = 0;
+    result_.counts.sheets = {};
+    result_.last_checked = 0;
+    result_.largest_checked = 0;
+  }
   /// All is for rays.
   void draw_nothing() {
+    forget_sheets();
     result_.image =
         image::Image(camera_.image_width(), camera_.image_height(), {"R", "G", "B", "A", "samples", "error"});
     for (const auto& [x, y] : all()) result_.image.at(x, y, kError) = kUnknown;
@@ -124,51 +158,54 @@ class WithinError {
     for (const auto& [x, y] : all()) count += image.at(x, y, 4) > 0;
     return count;
   }
-  [[nodiscard]] SheetResult sheets(double throttle, CellOrder order, bool bounds) {
+  [[nodiscard]] SheetResult sheets(double throttle, CellOrder order, bool sensitivity) {
     options_.throttle = throttle;
     options_.order = order;
-    options_.bounds = bounds;
-    return draw_sheets(rays_.grid(), values_, camera_, scene_.transfer, scene_.reference_length, options_);
+    options_.sensitivity = sensitivity;
+    SheetResult drawn =
+        draw_sheets(rays_.grid(), values_, camera_, scene_.transfer, scene_.reference_length, options_);
+    result_.counts.samples += drawn.counts.samples + drawn.counts.off_samples;
+    return drawn;
   }
 
   /// Into the channel `error`, which has what tolerances of values do.
   void estimate(image::Image& fine, const image::Image& coarse) const {
     const int width = camera_.image_width(), height = camera_.image_height();
-    // At a silhouette light grows as the root of the distance from it; solids are drawn to a tenth of the
-    // throttle's pixels, merged ones to as much again.
-    constexpr double kPositions = 0.2;
-    const auto moved = static_cast<float>(std::sqrt(std::min(1.0, kPositions * options_.throttle)));
     std::vector<float> change(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     for (const auto& [x, y] : all()) {
       float most = 0;
-      for (int c = 0; c < 4; ++c) most = std::max(most, std::abs(fine.at(x, y, c) - coarse.at(x, y, c)));
+      for (int c = 0; c < 4; ++c) most = larger_error(most, std::abs(fine.at(x, y, c) - coarse.at(x, y, c)));
       change[at(x, y)] = kSafety * most;
     }
     for (const auto& [x, y] : all()) {
       float& error = fine.at(x, y, kError);
-      for (int v = std::max(0, y - 1); v < std::min(height, y + 2); ++v) {
-        for (int u = std::max(0, x - 1); u < std::min(width, x + 2); ++u)
-          error = std::max(error, change[at(u, v)]);
+      around(x, y, [&](int u, int v) { error = larger_error(error, change[at(u, v)]); });
+      for (int distance = 1; distance <= reach(); ++distance) {
+        const auto moved =
+            static_cast<float>(std::sqrt(std::min(1.0, kPositions * options_.throttle / distance)));
+        error = larger_error(error, moved * bend(fine, x, y, distance));
       }
-      error = std::max(error, moved * bend(fine, x, y));
     }
   }
-  /// The largest second difference across a pixel, along rows, columns and diagonals.
-  [[nodiscard]] static float bend(const image::Image& image, int x, int y) {
+  /// The largest second difference across a pixel at a distance, along rows, columns and diagonals. At a
+  /// silhouette light grows as the root of the distance from it.
+  [[nodiscard]] static float bend(const image::Image& image, int x, int y, int distance) {
     const auto inside = [&](int u, int v) { return u >= 0 && u < image.width && v >= 0 && v < image.height; };
     float most = 0;
-    for (const auto& [dx, dy] : {std::pair(1, 0), {0, 1}, {1, 1}, {1, -1}}) {
+    for (const auto& [right, down] : {std::pair(1, 0), {0, 1}, {1, 1}, {1, -1}}) {
+      const int dx = right * distance, dy = down * distance;
       if (!inside(x - dx, y - dy) || !inside(x + dx, y + dy)) continue;
       for (int c = 0; c < 4; ++c) {
-        most = std::max(most, std::abs(image.at(x - dx, y - dy, c) - 2 * image.at(x, y, c) +
-                                       image.at(x + dx, y + dy, c)));
+        most = larger_error(most, std::abs(image.at(x - dx, y - dy, c) - 2 * image.at(x, y, c) +
+                                           image.at(x + dx, y + dy, c)));
       }
     }
     return most;
   }
 
   void redraw_above() {
-    const std::vector<PixelPosition> above = pixels([&](float error) { return !(error <= max_error_); });
+    const std::vector<PixelPosition> above =
+        of_sheets_where([&](float error) { return !(error <= max_error_); });
     result_.counts.redrawn += static_cast<std::int64_t>(above.size());
     (void)take_rays(above);
   }
@@ -182,7 +219,7 @@ class WithinError {
                                  static_cast<float>(p.colour[2]), static_cast<float>(p.alpha)};
       for (int c = 0; c < 4; ++c) {
         float& here = result_.image.at(of[n].x, of[n].y, c);
-        off[n] = std::max(off[n], std::abs(static_cast<double>(here) - channels[c]));
+        off[n] = larger_error(off[n], std::abs(static_cast<double>(here) - channels[c]));
         here = channels[c];
       }
       result_.image.at(of[n].x, of[n].y, kError) = static_cast<float>(p.error) + kFloat;
@@ -195,15 +232,12 @@ class WithinError {
   /// Pixels of sheets at random against their rays. \returns whether none is off by more than it may; else
   /// estimates are doubled, and what is then above is drawn by rays
   bool check() {
-    std::vector<PixelPosition> left = pixels([](float) { return true; });
+    std::vector<PixelPosition> left = of_sheets();
     // Where nothing is seen near by there is nothing to be missed.
     std::erase_if(left, [&](const PixelPosition& p) {
-      for (int v = std::max(0, p.y - 1); v < std::min(camera_.image_height(), p.y + 2); ++v) {
-        for (int u = std::max(0, p.x - 1); u < std::min(camera_.image_width(), p.x + 2); ++u) {
-          if (result_.image.at(u, v, 4) > 0) return false;
-        }
-      }
-      return true;
+      bool seen = false;
+      around(p.x, p.y, [&](int u, int v) { seen |= result_.image.at(u, v, 4) > 0; });
+      return !seen;
     });
     constexpr std::size_t kShare = 64;
     const std::size_t count = std::min(left.size(), std::max<std::size_t>(kChecked, left.size() / kShare));
@@ -211,11 +245,15 @@ class WithinError {
     left.resize(count);
     const std::vector<double> off = take_rays(left);
     result_.largest_checked = off.empty() ? 0 : *std::max_element(off.begin(), off.end());
+    result_.last_checked = static_cast<std::int64_t>(count);
     result_.counts.checked += static_cast<std::int64_t>(count);
     const auto missed = std::count_if(off.begin(), off.end(), [&](double e) { return !(e <= max_error_); });
     result_.counts.missed += missed;
     if (missed == 0) return true;
-    for (const auto& [x, y] : pixels([](float) { return true; })) result_.image.at(x, y, kError) *= 2;
+    for (const auto& [x, y] : of_sheets()) {
+      float& error = result_.image.at(x, y, kError);
+      error = larger_error(2 * error, static_cast<float>(max_error_ / 2));  // one of 0 as well
+    }
     redraw_above();
     return false;
   }
@@ -230,6 +268,14 @@ WithinErrorResult draw_within_error(const SolidRays& rays, const std::vector<std
     throw Error("the largest error must be a positive number");
   if (scene.model != render::Model::composite || scene.shading)
     throw Error("sheets are drawn of a composite scene without shading");
+  const std::vector<Block>& blocks = rays.grid().blocks;
+  if (values.size() != blocks.size()) throw Error("sheets need values for every block");
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if (values[b].size() != blocks[b].points.size())
+      throw Error("sheets need one value a point of each block");
+    if (!std::all_of(values[b].begin(), values[b].end(), [](double f) { return std::isfinite(f); }))
+      throw Error("values must be finite: no error can be told from others");
+  }
   return WithinError(rays, values, scene, width, height, options, max_error).draw();
 }
 

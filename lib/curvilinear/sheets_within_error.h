@@ -5,10 +5,13 @@
 namespace vol::curvilinear {
 
 struct WithinErrorCounts {
-  SheetCounts sheets;        ///< of the last picture that was drawn
-  std::int64_t rays = 0;     ///< cast in all
-  std::int64_t redrawn = 0;  ///< pixels by rays because of their estimate
-  std::int64_t checked = 0;  ///< pixels of sheets, taken at random, that were held against their ray
+  SheetCounts sheets;            ///< of the picture that is left; 0 where no pixel is by sheets
+  std::int64_t samples = 0;      ///< of all pictures by sheets that were drawn, those to estimate by included
+  std::int64_t rays = 0;         ///< cast in all
+  std::int64_t ray_samples = 0;  ///< reconstructions of f along them
+  std::int64_t redrawn = 0;      ///< pixels by rays because of their estimate
+  std::int64_t checked =
+      0;  ///< pixels of sheets, taken at random, that were held against their ray; all checks
   std::int64_t missed =
       0;  ///< of these: pixels off by more than the largest error, while their estimate was not
 };
@@ -16,8 +19,10 @@ struct WithinErrorCounts {
 struct WithinErrorResult {
   image::Image image;  ///< R, G, B, A, samples, error
   WithinErrorCounts counts;
-  double error_estimate = 0;   ///< largest of the channel `error`; above the largest error: it is not kept
-  double largest_checked = 0;  ///< difference, of the last check
+  double error_estimate = 0;  ///< largest of the channel `error`; above max_error: that was not reached
+  /// Pixels of the last check, in which none was off by more; 0: none by sheets was left.
+  std::int64_t last_checked = 0;
+  double largest_checked = 0;  ///< difference in the last check
   double throttle = 0;         ///< of the sheets; 0: there are none
 };
 
@@ -29,23 +34,29 @@ struct WithinErrorResult {
 /// the pixels is estimated to be off by more. A pixel's estimate is the largest of three: twice what it, or a
 /// neighbour, changes from twice the throttle with cells by depth, where order matters, too; and by how much
 /// it changes where all values are off by their tolerance, which finds rays that graze what is opaque; and
-/// its second difference in the picture times the root of the pixels that solids may be off by, which finds
-/// silhouettes. Pixels whose estimate is above max_error are drawn by rays, to a quarter of it; a picture
-/// that shows fewer pixels than (merged) cells, by rays altogether.
+/// its second differences in the picture times the root of the pixels that solids may be off by, which find
+/// silhouettes; all that as far around as solids may be off. Pixels whose estimate is above max_error are
+/// drawn by rays, to a quarter of it; a picture that shows fewer pixels than (merged) cells, by rays
+/// altogether.
 ///
-/// Estimates are no bounds. So kChecked or more
-/// pixels of those that are left, taken at random, are held against their rays; where one is off by more, all
-/// estimates are doubled, what is then above is drawn by rays, and the check repeated, at last with rays
-/// throughout. A picture that passes has, with 95 % confidence, less than 3 / checked of its sheets' pixels
-/// off by more.
+/// Estimates are no bounds. So kChecked or more pixels by sheets, taken at random from those that have
+/// samples, or one that has near by (as far as solids may be off), are held against their rays; where one is
+/// off by more than max_error, all estimates are doubled (and are half of max_error at least), what is then
+/// above is drawn by rays, and the check repeated, at most kMostChecks times, at last with rays throughout.
+/// Only the last check supports a claim, and each of the kMostChecks may pass by chance: with 95 % confidence
+/// over the choice of pixels, less than -log(0.05 / kMostChecks) / last_checked = 4.4 / last_checked of the
+/// pixels that it was taken from are off from their rays by more than max_error (the rule of three for
+/// several looks, after Bonferroni).
 ///
 /// \param options  cells, beta and thinned_by; the rest plays no part
 /// \param scene    of model composite, without shading; with a reference length
-/// \throws vol::Error as draw_sheets and cast_solids do, and unless max_error is positive and finite
+/// \throws vol::Error as draw_sheets and cast_solids do, unless max_error is positive and finite, and where
+/// values are not finite or not one a point of every block
 [[nodiscard]] WithinErrorResult draw_within_error(const SolidRays& rays,
                                                   const std::vector<std::vector<double>>& values,
                                                   const render::Scene& scene, int width, int height,
                                                   const SheetOptions& options, double max_error);
 inline constexpr std::int64_t kChecked = 512;
+inline constexpr int kMostChecks = 4;
 
 }  // namespace vol::curvilinear

@@ -166,7 +166,16 @@ void Plot3dNumbers::scan() {
     for (char& c : word) {
       if (c == 'd' || c == 'D') c = 'e';  // Fortran's exponent of double precision
     }
-    const double value = parse_number({name_, "number"}, word);
+    double value = 0;
+    try {
+      value = parse_number({name_, "number"}, word);
+    } catch (const Error&) {
+      if (!numbers_.empty()) throw;  // else it is some other text
+      throw Error(
+          name_ +
+          ": neither a VTK XML structured grid (.vts) nor PLOT3D, whose text begins with a number, not " +
+          in_quotes(word));
+    }
     if (repeat < 1 || repeat > most - static_cast<std::int64_t>(numbers_.size())) {
       throw Error(name_ + ": repeat count " + std::to_string(repeat) + " is out of range");
     }

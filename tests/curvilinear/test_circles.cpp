@@ -4,7 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/error.h"
 #include "curvilinear/cast_solids.h"
+#include "curvilinear/circles.h"
 #include "curvilinear/phantom.h"
 #include "curvilinear/sheets.h"
 
@@ -125,6 +127,87 @@ TEST(Circles, ByLayersPartsHaveTheirShareOfTheCell) {
   EXPECT_EQ(split, 3);
   // The same medium without any order: parts' pixels at seams come twice, some per cent of them.
   EXPECT_NEAR(depth / whole(CellOrder::depth).second, 1, 0.08);
+}
+
+// A group's face beside which a cell is listed at the corner, but not at its other three quarters, is open
+// there: rays leave it into the block behind.
+TEST(Gaps, AGroupsFaceIsOpenWhereAnyOfItsCellsIs) {
+  const auto box = [](const Vec3& low, const Vec3& size, std::int64_t cells) {
+    Block block;
+    block.dims = {cells + 1, cells + 1, cells + 1};
+    for (std::int64_t k = 0; k <= cells; ++k) {
+      for (std::int64_t j = 0; j <= cells; ++j) {
+        for (std::int64_t i = 0; i <= cells; ++i) {
+          const Vec3 at(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k));
+          block.points.push_back(low + at.cwiseProduct(size) / static_cast<double>(cells));
+        }
+      }
+    }
+    return block;
+  };
+  // Of the first block's 4^3 cells the first group and, behind its corner, cell (0, 0, 2); along z the second
+  // block, of one cell.
+  const camera::Camera camera({}, Vec3(1, 1, 3), 8, 64, 64);
+  const Screen screen(camera);
+  const Block group = screen.view(box(Vec3::Zero(), Vec3(2, 2, 2), 1)),
+              cell = screen.view(box(Vec3(0, 0, 2), Vec3(1, 1, 1), 1)),
+              other = screen.view(box(Vec3(0, 0, 5), Vec3(2, 2, 1), 1));
+  const std::vector<Dims> block_cells{{4, 4, 4}, {1, 1, 1}};
+  std::vector<VisibleCell> cells(3);
+  cells[0] = {0, 0, 0};
+  cells[0].level = 1;
+  cells[1] = {0, 0, 2 * 16};
+  cells[2] = {0, 1, 0};
+  for (VisibleCell& c : cells) c.bottom = 64;
+  const std::vector<double> zeros(8, 0);
+  const auto found = gap_crossings(
+      cells, block_cells,
+      [&](const VisibleCell& c) {
+        const Block& of = c.block == 1 ? other : c.level == 1 ? group : cell;
+        return Solids(of, zeros, CellKind::trilinear, 1)({0, 0, 0});
+      },
+      screen, 64, 64);
+  int group_and_other = 0;
+  for (const GapCrossing& gap : found) group_and_other += gap.front + gap.back == 2;
+  // Three quarters of 2 x 2 units, less the pixels on the rim.
+  EXPECT_GT(group_and_other, 30);
+}
+
+// A circle of very many cells is left as it comes, before a solid of them is made.
+TEST(Circles, OfVeryManyCellsAreLeft) {
+  const Grid grid = make_phantom("twisted-box", {17, 17, 18}, "ramp", 1);
+  const std::vector<Dims> block_cells{grid.blocks[0].cells()};
+  std::vector<VisibleCell> cells;
+  for (std::int64_t n = 0; n < grid.blocks[0].cell_count(); ++n) cells.push_back({0, 0, n});
+  const camera::Camera camera({}, grid.bounds().centre(), grid.bounds().size().maxCoeff(), 16, 16);
+  const Screen screen(camera);
+  const std::vector<GapCrossing> gaps;
+  int asked = 0;
+  const Circles circles(
+      cells, block_cells,
+      [&](const VisibleCell&) -> Solid {
+        ++asked;
+        throw Error("no solid is needed");
+      },
+      screen, gaps);
+  std::vector<std::uint32_t> members(kMostParts);
+  for (std::size_t n = 0; n < members.size(); ++n)
+    members[n] = static_cast<std::uint32_t>(kMostParts - 1 - n);
+  std::vector<CellPart> parts;
+  CircleCounts counts;
+  circles.split(members, parts, counts);
+  EXPECT_EQ(asked, 0);
+  EXPECT_EQ(counts.circles, 1);
+  EXPECT_EQ(counts.split, 0);
+  EXPECT_EQ(counts.unresolved, 1);
+  ASSERT_EQ(parts.size(), members.size());
+  for (std::size_t n = 0; n < members.size(); ++n) {
+    EXPECT_EQ(parts[n].cell, members[n]);
+    EXPECT_EQ(parts[n].low, Vec3(Vec3::Zero()));
+    EXPECT_EQ(parts[n].high, Vec3(Vec3::Ones()));
+  }
+  members.pop_back();  // fewer are looked at
+  EXPECT_THROW(circles.split(members, parts, counts), Error);
 }
 
 // Cells of a twisted box seen near the axis of the twist go round in circles that no splitting resolves;

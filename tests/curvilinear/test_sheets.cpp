@@ -7,6 +7,7 @@
 #include "curvilinear/halves.h"
 #include "curvilinear/phantom.h"
 #include "curvilinear/sheet_mesh.h"
+#include "curvilinear/sheet_parts.h"
 #include "curvilinear/sheets.h"
 #include "random_block.h"
 
@@ -401,6 +402,42 @@ TEST(Sheets, HiddenCellsAreLeftOutAndAnEyeInsideIsRefused) {
   inside.distance = 0.1;
   const camera::Camera camera(inside, grid.bounds().centre(), 2, 32, 32);
   EXPECT_THROW((void)draw_sheets(grid, zeros(grid), camera, constant(0.5), 1, {}), Error);
+}
+
+// What is refused is what steps are made of: here the way along the ray, while the cell's box in the picture
+// is a pixel.
+TEST(Sheets, LayersAreRefusedWhereTheirStepsWouldNotDo) {
+  const Grid grid = box({1, 1, 1}, Vec3(1, 1, 50));
+  const Values values{std::vector<double>(8, 0)};
+  const camera::Camera camera({}, grid.bounds().centre(), grid.bounds().size().maxCoeff(), 64, 64);
+  const transfer::TransferFunction medium({{0, Vec3::Ones()}}, {{0, 0.5}});
+  SheetOptions options;
+  options.throttle = 0.005;
+  EXPECT_THROW((void)draw_sheets(grid, values, camera, medium, 1, options), Error);
+  options.throttle = 0.1;
+  EXPECT_NO_THROW((void)draw_sheets(grid, values, camera, medium, 1, options));
+  EXPECT_THROW((void)draw_sheets(grid, {}, camera, medium, 1, options), Error);
+}
+
+// A jump is the transfer function's only break: values near it may be on its other side.
+TEST(TransferTable, OffValuesOfASingleBreak) {
+  const transfer::TransferFunction jump({{0.5, Vec3::Ones()}}, {{0.5, 0}, {0.5, 0.9}});
+  ASSERT_EQ(jump.breakpoints().size(), 1U);
+  const TransferTable plain(jump, 1), least(jump, 1, -0.1), most(jump, 1, 0.1);
+  EXPECT_EQ(plain(-0.01F).depth, 0);
+  EXPECT_GT(most(-0.01F).depth, 2);
+  EXPECT_GT(plain(0.01F).depth, 2);
+  EXPECT_EQ(least(0.01F).depth, 0);
+}
+
+// The reciprocal of the shortest stretches is no number; shares are.
+TEST(TransferTable, SharesOfTheShortestStretch) {
+  const double high = 64 * std::numeric_limits<double>::denorm_min();
+  const TransferTable table(transfer::TransferFunction({{0, Vec3::Ones()}}, {{0, 0}, {high, 1}}), 1);
+  EXPECT_EQ(table.share(0), 0);
+  EXPECT_DOUBLE_EQ(table.share(high / 4), 0.25);
+  EXPECT_DOUBLE_EQ(table.share(high), 1);
+  EXPECT_EQ(table.share(1), 1e30);
 }
 
 }  // namespace

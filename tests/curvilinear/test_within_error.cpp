@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "curvilinear/larger_error.h"
 #include "curvilinear/merged_cells.h"
 #include "curvilinear/phantom.h"
 #include "curvilinear/sheets_within_error.h"
@@ -55,7 +57,9 @@ Found drawn(const Grid& grid, const render::Scene& scene, int size, double bound
 // more, may be off by more, and none by three times it.
 TEST(WithinError, IsKeptAgainstRays) {
   for (const char* name : {"half-torus", "twisted-box", "c-grid"}) {
-    const Grid grid = make_phantom(name, {0, 0, 0}, "marschner-lobb", 1);
+    // The C-grid's own size has more cells than the picture has pixels, and would be left to rays.
+    const Dims dims = std::string(name) == "c-grid" ? Dims{25, 9, 5} : Dims{0, 0, 0};
+    const Grid grid = make_phantom(name, dims, "marschner-lobb", 1);
     for (const double bound : {0.1, 0.02, 0.004}) {
       const Found found = drawn(grid, soft(), 96, bound);
       SCOPED_TRACE(std::string(name) + ' ' + std::to_string(bound) + ": largest " +
@@ -64,6 +68,16 @@ TEST(WithinError, IsKeptAgainstRays) {
       EXPECT_LE(found.result.error_estimate, bound);
       EXPECT_LE(found.beyond, 2);
       EXPECT_LE(found.largest, 3 * bound);
+      EXPECT_LE(found.result.largest_checked, bound);
+      // By sheets, not by rays throughout, which would keep any bound; and the check is of those. At the
+      // finest bound so small a picture is mostly edges, which are for rays.
+      if (bound < 0.02) continue;
+      EXPECT_GT(found.result.throttle, 0);
+      EXPECT_GT(found.result.counts.sheets.sheets, 0);
+      // The picture, two of off values and a coarser one at least.
+      EXPECT_GT(found.result.counts.samples, 3 * found.result.counts.sheets.samples);
+      EXPECT_LT(found.result.counts.rays, 96 * 96);
+      EXPECT_GE(found.result.last_checked, kChecked);
     }
   }
 }
@@ -88,10 +102,51 @@ TEST(WithinError, DrawsFineGridsTogetherAndTheRestByRays) {
   EXPECT_GT(merged.result.throttle, 0);
   const Found small = drawn(make_phantom("delta-wing", {20, 30, 20}, "noise", 1), soft(), 24, 0.02);
   EXPECT_EQ(small.result.throttle, 0);
+  EXPECT_EQ(small.result.counts.sheets.cells, 0);  // of the pictures that were given up nothing is left
+  EXPECT_EQ(small.result.counts.rays, 24 * 24);
+  EXPECT_GT(small.result.counts.ray_samples, 0);
   EXPECT_EQ(small.beyond, 0);
   const Found fineness = drawn(make_phantom("sheared-box", {3, 3, 3}, "ramp", 1), soft(), 24, 1e-5);
   EXPECT_EQ(fineness.result.throttle, 0);
   EXPECT_EQ(fineness.beyond, 0);
+}
+
+// Blocks that overlap count once along rays; as sheets each absorbs by itself, at any throttle, so that no
+// estimate shows it. The check does, and what is then left by sheets is right.
+TEST(WithinError, WhatEstimatesMissTheCheckFinds) {
+  Grid grid = make_phantom("sheared-box", {3, 3, 3}, "ramp", 1);
+  grid.blocks.push_back(grid.blocks[0]);
+  const Found found = drawn(grid, soft(), 64, 0.02);
+  EXPECT_GT(found.result.counts.missed, 0);
+  EXPECT_GT(found.result.counts.checked, found.result.counts.missed);
+  EXPECT_LE(found.result.largest_checked, 0.02);
+  EXPECT_LE(found.result.error_estimate, 0.02);
+  EXPECT_LE(found.beyond, 2) << found.largest;
+}
+
+TEST(WithinError, RefusesValuesThatNoErrorCanBeToldOf) {
+  const Grid grid = make_phantom("sheared-box", {3, 3, 3}, "ramp", 1);
+  const Values good{grid.blocks[0].arrays[0].values};
+  const SolidRays rays(grid, good, CellKind::tricubic, 1);
+  for (const double wrong : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    Values values = good;
+    values[0][13] = wrong;
+    EXPECT_THROW((void)draw_within_error(rays, values, soft(), 8, 8, {}, 0.1), Error);
+  }
+  Values few = good;
+  few[0].pop_back();
+  EXPECT_THROW((void)draw_within_error(rays, few, soft(), 8, 8, {}, 0.1), Error);
+  EXPECT_THROW((void)draw_within_error(rays, {}, soft(), 8, 8, {}, 0.1), Error);
+}
+
+TEST(WithinError, WhatIsNoNumberIsNoSmallError) {
+  const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(larger_error(1.0F, 2.0F), 2);
+  EXPECT_EQ(larger_error(2.0F, 1.0F), 2);
+  EXPECT_EQ(larger_error(2.0F, inf), inf);
+  EXPECT_EQ(larger_error(1.0F, nan), inf);
+  EXPECT_EQ(larger_error(nan, 1.0F), inf);
+  EXPECT_EQ(larger_error(inf, nan), inf);
 }
 
 TEST(WithinError, IsTheSameOnAnyNumberOfThreadsAndSaysWhatCannotBe) {
@@ -141,6 +196,19 @@ TEST(MergedCells, MissByNoMoreThanTheTolerance) {
     }
     EXPECT_GT(groups, 100);
   }
+}
+
+// Of values that are no numbers nobody knows what a group misses.
+TEST(MergedCells, LeaveValuesThatAreNoNumbersAlone) {
+  const Block block = random_block({9, 9, 9}, 7, 0);
+  std::vector<double> values(block.points.size(), 0);
+  values[block.offset(3, 3, 3)] = std::nan("");
+  const MergedCells merged(block, values, CellKind::trilinear, 1, [](const Vec3&) {
+    return MergeTolerance{1e-9, 1e-9};
+  });
+  EXPECT_EQ(merged.level({2, 2, 2}), 0);
+  EXPECT_EQ(merged.level({3, 3, 3}), 0);
+  EXPECT_GT(merged.level({6, 6, 6}), 0);
 }
 
 // No group holds a missing cell.

@@ -54,7 +54,7 @@ LONG = {
     "isosurf-mc": "{big} --isovalue " + ",".join(f"{n / 40}" for n in range(1, 40)) + " -o out.obj",
     "isosurf-ray": "{volume} --isovalue 0.5 -o out.exr --size 4096x4096 --reconstruction catmull-rom",
     "wavelet-raycast": "{coefficients} -o out.exr --size 4096x4096",
-    "curv-tricubic": "{grid} -o out.exr --size 4096x4096 --throttle 0.1",
+    "curv-tricubic": "{grid} -o out.exr --size 4096x4096 --method rays",
 }
 READS = {  # an input of the kind the tool wants, by the placeholder above
     "vol-info": "volume", "vol-convert": "volume", "vol-compare": "volume", "vol-dwt": "volume",

@@ -43,10 +43,13 @@ for bound in 1e-1 1e-2; do
   soft -o within.exr --max-error $bound --stats within.json || fail "status $? of --max-error $bound"
   "$bin/img-compare" within.exr rays.exr --fail-above max=$bound >/dev/null || fail "over its bound of $bound"
   grep -q '"pixel_maximum_estimate"' within.json || fail "no estimate in the stats of $bound"
+  [ "$(figure within.json sheets)" -gt 0 ] && [ "$(figure within.json rays)" -lt $((96 * 80)) ] || fail "rays throughout for $bound"
+  [ "$(figure within.json last_checked)" -gt 0 ] && [ "$(figure within.json ray_samples)" -gt 0 ] || fail "no check in the stats of $bound"
 done
 soft -o missed.exr --max-error 1e-300 2>err
 [ $? -eq 2 ] || fail "a bound that cannot be kept must end with 2"
 [ "$(wc -l <err)" -eq 1 ] || fail "one line expected: $(cat err)"
+grep -q "the estimate reached is" err || fail "what was reached is not said: $(cat err)"
 [ ! -e missed.exr ] || fail "a picture over its bound was written"
 
 # PLOT3D: positions alone have nothing to show.
@@ -62,5 +65,8 @@ for wrong in "cube.xyz -o x.png" "cube.xyz --solution cube.q --variable none -o 
   [ $? -eq 2 ] || fail "$wrong must end with 2"
   [ "$(wc -l <err)" -eq 1 ] || fail "one line expected for $wrong: $(cat err)"
 done
+echo "hello 2 3" >letter.txt
+"$bin/curv-tricubic" letter.txt -o x.png 2>err
+[ $? -eq 2 ] && [ "$(wc -l <err)" -eq 1 ] && grep -q "neither a VTK XML structured grid (.vts) nor PLOT3D" err || fail "a letter is no grid: $(cat err)"
 [ -e x.png ] && fail "a refused run leaves a file"
 exit $failed
