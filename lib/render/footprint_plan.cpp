@@ -23,7 +23,7 @@ constexpr std::int64_t kTableBytes = std::int64_t{1} << 30;
 /// footprints of rough functions have spikes that samples miss.
 constexpr double kDeviations = 5, kLargest = 1.5, kMissed = 1.7;
 /// Float's unit of rounding. Sums in float are off by some kFloat times the sum of their terms' magnitudes,
-/// for which the largest values of footprints are taken: measured, 3 to 30 times less. What terms cancel, as
+/// for which the largest values of footprints are taken: measured, 8 to 120 times less. What terms cancel, as
 /// those of a constant do, does not make it less. Within kFloatShare of what is allowed, terms are added in
 /// float.
 constexpr double kFloat = 0x1p-24, kFloatShare = 0.1;
