@@ -223,7 +223,8 @@ def write_sheets(settings, folder):
         if len(lines) > 1 and all(len(line) == 1 for line in lines.values()):  # one line of single pictures
             lines = {"": [one for line in lines.values() for one in line]}
         across = max(len(line) for line in lines.values())
-        drawn, grid = plt.subplots(len(lines), across, figsize=(2.2 * across, 2.6 * len(lines)), squeeze=False)
+        drawn, grid = plt.subplots(len(lines), across, figsize=(2.2 * across, 2.6 * len(lines)), squeeze=False,
+                                   constrained_layout=True)
         for axes in grid.flat:
             axes.axis("off")
         for j, line in enumerate(lines.values()):
@@ -231,7 +232,6 @@ def write_sheets(settings, folder):
                 grid[j, i].imshow(plt.imread(pathlib.Path(settings["out"]) / "pictures" / f"{picture.name}.png"))
                 grid[j, i].set_title(f"{picture.wavelet}, {picture.method}\n{row['coefficients']} coefficients, {levels(picture)}\n"
                                      f"isovalue {picture.isovalue}, RMSE {row['picture_rmse']:.2g}", fontsize=5.5, pad=2)
-        drawn.tight_layout(pad=0.4)
         drawn.savefig(folder / f"{file_name(figure)}.png", dpi=130, bbox_inches="tight", metadata={"Software": None})
         plt.close(drawn)
 
