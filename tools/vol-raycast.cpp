@@ -42,7 +42,9 @@ std::optional<index::IndexVolume> index_and_step(const volume::Volume& volume, c
   }
   const std::string step = !o.step.empty() ? o.step : file.step.value_or("0.5v");
   if (!index || !o.step.empty()) {
-    o.render.step = cli::parse_step("--step", step, volume.geometry().spacing.minCoeff());
+    const bool of_scene = o.step.empty() && file.step;
+    o.render.step = cli::parse_step(of_scene ? io::display_name(o.scene) + ": step" : "--step", step,
+                                    volume.geometry().spacing.minCoeff());
   }
   if (index && std::abs(o.render.step / index->standard_distance() - 1) > 1e-6) {
     record.warn("--step differs from the index's standard distance, " +

@@ -59,6 +59,11 @@ exponent|background: [0, 0, 0]\nshading: {exponent: .inf}
 light|background: [0, 0, 0]\nshading: {light: [0, 0, 0]}
 reference_length|background: [0, 0, 0]\nreference_length: 0
 EOF
+for step in -1 abc 0v; do
+  echo "step: $step" >scene.yaml
+  # shellcheck disable=SC2086
+  refused_for "scene.yaml: step" $cast -o a.exr --scene scene.yaml
+done
 printf 'camera: {azimuth: -400, elevation: 90, fov: 179, distance: 1e-3, up: [0, 0, 1e-100]}\nshading: {exponent: 0}\n' >scene.yaml
 # shellcheck disable=SC2086
 $cast -o a.exr --scene scene.yaml || fail "status $? for a scene of extreme values"
