@@ -1,6 +1,7 @@
 #include "curvilinear/circles.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 
 #include "curvilinear/halves.h"

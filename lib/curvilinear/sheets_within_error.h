@@ -10,10 +10,8 @@ struct WithinErrorCounts {
   std::int64_t rays = 0;         ///< cast in all
   std::int64_t ray_samples = 0;  ///< reconstructions of f along them
   std::int64_t redrawn = 0;      ///< pixels by rays because of their estimate
-  std::int64_t checked =
-      0;  ///< pixels of sheets, taken at random, that were held against their ray; all checks
-  std::int64_t missed =
-      0;  ///< of these: pixels off by more than the largest error, while their estimate was not
+  std::int64_t checked = 0;      ///< pixels of sheets, taken at random, held against their ray; in all checks
+  std::int64_t missed = 0;       ///< of these: off by more than max_error, while their estimate was not
 };
 
 struct WithinErrorResult {
