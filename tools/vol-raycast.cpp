@@ -118,8 +118,8 @@ void report(const render::RenderResult& result, const Options& o, cli::Record& r
   const bool reference = o.render.quadrature == render::Quadrature::reference;
   if (o.render.max_error > 0 || reference) record.error("pixel_maximum_estimate", result.error_estimate);
   if (o.render.max_error > 0 && !(result.error_estimate <= o.render.max_error)) {
-    throw Error("--max-error: an error of about " + nlohmann::json(result.error_estimate).dump() +
-                " is the least that this scene can be drawn with");
+    throw Error("--max-error: the estimate reached is " + nlohmann::json(result.error_estimate).dump() +
+                ", above " + nlohmann::json(o.render.max_error).dump() + "; allow more");
   }
   if (o.render.max_error == 0 && reference && result.error_estimate > 10 * o.render.tolerance) {
     record.warn("the reference reached an error of about " + std::to_string(result.error_estimate));

@@ -113,7 +113,7 @@ void declare(CLI::App& app, Options& o) {
          "--footprint-error", o.footprint_error,
          "Error of a pixel that footprints may make, a share of the range (largest minus smallest) of the "
          "picture's values; tables are refined, or left for exact integrals, until it is kept by their "
-         "estimate, which rough wavelets may exceed (coiflet-6: by up to 1.3 times in 2 of 18 trials) [1e-4]")
+         "estimate [1e-4]")
       ->check(cli::check_positive)
       ->group(accuracy);
 }

@@ -42,7 +42,9 @@ struct FootprintPart {
   /// With phases, numbers of terms: those at the same place between pixels together, as they read the same
   /// planes.
   std::vector<std::uint32_t> order;
-  std::vector<FootprintLine> lines;  ///< that tables of any quality are held against
+  /// What tables of any quality are held against: lines at places spread evenly, and where a table so far was
+  /// rough.
+  std::vector<FootprintLine> even_lines, rough_lines;
 
   void drop_phases() {
     phases.reset();

@@ -88,17 +88,21 @@ void add_groups(const std::vector<const wavelet::Band*>& bands, FootprintPicture
       for (int axis = 0; axis < 3; ++axis) {
         const auto side = static_cast<std::size_t>(cut), across = static_cast<std::size_t>(axis);
         if (picture.windows.pixels[side][across] == 0) continue;
-        const double place = (view.face(cut, axis) + band->shift[axis]) / band->scale[axis];
-        std::map<double, std::vector<wavelet::Term>> by_limit;
-        for (const auto& term : band->terms) {
-          const double limit = place - term.k[static_cast<std::size_t>(axis)];
-          if (limit > band->lower[axis] && limit < band->upper[axis]) by_limit[limit].push_back(term);
-        }
         FootprintGroup group;
         group.axis = axis;
         group.cut = cut;
         group.below = (cut == 0) == (d[axis] > 0);
         group.lines = lines(*band, axis);
+        const double place = (view.face(cut, axis) + band->shift[axis]) / band->scale[axis];
+        const double lower = band->lower[axis], upper = band->upper[axis];
+        std::map<double, std::vector<wavelet::Term>> by_limit;
+        for (const auto& term : band->terms) {
+          const double limit = place - term.k[static_cast<std::size_t>(axis)];
+          // A term that ends at the face is all of it outside: coiflets have their nodes on the grid.
+          if (group.below ? limit > lower : limit < upper) {
+            by_limit[std::clamp(limit, lower, upper)].push_back(term);
+          }
+        }
         for (auto& [limit, terms] : by_limit) {
           FootprintPart part = make_part(view, *band, axis, cut, limit);
           part.peak = peaks[band->factor] * std::abs(d[axis] / d[along]);
@@ -385,7 +389,7 @@ void plan_tables(double error, const Checks& checks, FootprintPicture& picture, 
     if (std::all_of(group.parts.begin(), group.parts.end(), has_phases)) group.tables.clear();
     report.table_bytes += group.bytes();
     for (auto& part : group.parts) {
-      part.lines = {};
+      part.even_lines = part.rough_lines = {};
       if (group.cut < 0) report.terms_tables += static_cast<std::int64_t>(part.terms().size());
     }
   }

@@ -1,11 +1,12 @@
-// footprint_calibration [PICTURES [SEED]]: whether footprints keep the error asked for, as a table (CSV): for
-// every wavelet and error that many pictures of noise, at random views, against exact integrals at every
-// pixel. Shares of the error asked for: the largest error of a pixel, the estimate; and how many pictures
-// exceed it.
+// footprint_calibration [PICTURES [SEED [WAVELET...]]]: whether footprints keep the error asked for, as a
+// table (CSV): for every wavelet and error that many pictures of noise, at random views, against exact
+// integrals at every pixel. Shares of the error asked for: the largest error of a pixel, the estimate; and
+// how many pictures exceed it.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <vector>
 
 #include "../render/noise_volume.h"
 #include "render/wavelet_footprints.h"
@@ -19,7 +20,9 @@ int main(int argc, char** argv) {
   const int pictures = argc > 1 ? std::atoi(argv[1]) : 18;
   Rng rng(argc > 2 ? static_cast<std::uint64_t>(std::atoll(argv[2])) : 1);
   std::puts("wavelet,error,pictures,exceeded,largest,largest_estimate,terms_by_tables");
-  for (const char* wavelet : {"daubechies-4", "daubechies-8", "coiflet-6"}) {
+  std::vector<const char*> wavelets(argv + std::min(argc, 3), argv + argc);
+  if (wavelets.empty()) wavelets = {"daubechies-4", "daubechies-8", "coiflet-6"};
+  for (const char* wavelet : wavelets) {
     for (const double error : {1e-2, 1e-3, 1e-4}) {
       int exceeded = 0;
       double largest = 0, estimate = 0;
