@@ -134,6 +134,28 @@ void find_affine(const Optics& optics, double lo, double hi, PacketTransfer& tab
   }
 }
 
+/// The pieces of a colour that has few.
+void find_pieces(const transfer::TransferFunction& transfer, double lo, double hi, PacketTransfer& table) {
+  std::vector<double> ends{lo};
+  for (const auto& point : transfer.colours()) {
+    if (point.value > ends.back() && point.value < hi) ends.push_back(point.value);
+  }
+  table.pieces = 0;
+  if (table.affine || ends.size() > PacketTransfer::kFewPieces) return;
+  table.pieces = static_cast<int>(ends.size());
+  ends.push_back(hi);
+  for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
+    // From two places inside: at its ends the colour may jump.
+    const double third = (ends[k + 1] - ends[k]) / 3;
+    const Vec3 near = transfer.colour(ends[k] + third), far = transfer.colour(ends[k + 1] - third);
+    table.from[k] = static_cast<float>(ends[k]);
+    for (int c = 0; c < 3; ++c) {
+      table.at[c][k] = static_cast<float>(2 * near[c] - far[c]);
+      table.slope[c][k] = static_cast<float>((far[c] - near[c]) / third);
+    }
+  }
+}
+
 /// 1 - opacity at the cuts of an interval, from end to end: each at most kRatio times its neighbour. A ramp
 /// that reaches opacity 1 has one more piece, below kLeast, where extinction goes to infinity as a logarithm
 /// does.
@@ -225,6 +247,7 @@ bool tabulate(const Optics& optics, const index::Macrocells::Range& range, bool 
   if (trapezoid) table.steepest *= 2;
   find_affine(optics, lo, hi, table);
   if (table.affine) table.colours = Buffer<float>();
+  find_pieces(optics.transfer(), lo, hi, table);
   if (!std::isfinite(table.scale)) return false;
   if (rule != PacketRule::preintegrated && rule != PacketRule::split) return true;
   if (table.opaque && rule == PacketRule::preintegrated) return false;
