@@ -28,9 +28,10 @@ struct PacketTransfer {
   float steepest = 0;    ///< smallest y of a whole segment (most negative)
   float densest = 0;     ///< preintegrated and split: no node's y is below (opacity 1 apart)
   Buffer<float> splits;  ///< value, +infinity where none; by bucket
-  /// By line. {y, dy}: log2 of a node's share of a step's transmittance, and its slope; or, with `logarithm`,
-  /// {opacity, slope, 1 - opacity, slope}.
+  /// By line. {y, dy}: log2 of a node's share of a step's transmittance, y + dy w + bend w^2; or, with
+  /// `logarithm`, {opacity, slope, 1 - opacity, slope}.
   Buffer<float> extinctions;
+  Buffer<float> bends;    ///< by line; empty: none
   Buffer<float> colours;  ///< by line: r, dr, g, dg, b, db; empty when affine
   // Colour of few pieces, as tables that fit into registers: piece k begins at the value from[k] and has the
   // colour at[c][k] + slope[c][k] (value - from[k]).

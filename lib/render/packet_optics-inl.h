@@ -64,12 +64,13 @@ HWY_INLINE void blinn_phong(const PacketJob& job, F gx, F gy, F gz, const F* ray
   specular = hn::IfThenElse(flat, constant(0.0F), specular);
 }
 
-/// a + slope w from a table of pairs {a, slope}: of the pairs that are numbered. A pair is loaded as one
-/// number of 64 bits: half as many loads as of its floats.
-HWY_INLINE F on_line(const float* table, I pair, F w) {
+/// Of a table of pairs, those that are numbered. A pair is loaded as one number of 64 bits: half as many
+/// loads as of its floats.
+HWY_INLINE void load_pairs(const float* table, I pair, F& first, F& second) {
 #if HWY_TARGET == HWY_SCALAR
   const I at = hn::Add(pair, pair);
-  return hn::MulAdd(hn::GatherIndex(DF(), table + 1, at), w, hn::GatherIndex(DF(), table, at));
+  first = hn::GatherIndex(DF(), table, at);
+  second = hn::GatherIndex(DF(), table + 1, at);
 #else
   const hn::Repartition<std::int64_t, DF> wide;
   const hn::Half<DI> half;
@@ -78,8 +79,16 @@ HWY_INLINE F on_line(const float* table, I pair, F w) {
       hn::BitCast(DF(), hn::GatherIndex(wide, pairs, hn::PromoteTo(wide, hn::LowerHalf(half, pair))));
   const F high =
       hn::BitCast(DF(), hn::GatherIndex(wide, pairs, hn::PromoteTo(wide, hn::UpperHalf(half, pair))));
-  return hn::MulAdd(hn::ConcatOdd(DF(), high, low), w, hn::ConcatEven(DF(), high, low));
+  first = hn::ConcatEven(DF(), high, low);
+  second = hn::ConcatOdd(DF(), high, low);
 #endif
+}
+
+/// a + slope w from a table of pairs {a, slope}.
+HWY_INLINE F on_line(const float* table, I pair, F w) {
+  F a, slope;
+  load_pairs(table, pair, a, slope);
+  return hn::MulAdd(slope, w, a);
 }
 
 /// Bucket coordinate of a value.
@@ -122,7 +131,10 @@ HWY_INLINE F extinction_at(const PacketTransfer& t, const TablePlace& place) {
     const F y = hn::Mul(logarithm, constant(t.exponent));
     return hn::IfThenElse(hn::Le(clear, constant(0.0F)), constant(kOpaque), y);
   }
-  return on_line(t.extinctions.data(), place.line, w);
+  F y, slope;
+  load_pairs(t.extinctions.data(), place.line, y, slope);
+  if (!t.bends.empty()) slope = hn::MulAdd(hn::GatherIndex(DF(), t.bends.data(), place.line), w, slope);
+  return hn::MulAdd(slope, w, y);
 }
 
 /// A colour of few pieces, from registers: no load waits for the value.
