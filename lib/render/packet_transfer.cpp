@@ -151,24 +151,24 @@ void find_affine(const Optics& optics, double lo, double hi, PacketTransfer& tab
   }
 }
 
-/// The pieces of a colour that has few.
+/// The pieces of a colour that has few; the largest value, if it is a point, has one of its own.
 void find_pieces(const transfer::TransferFunction& transfer, double lo, double hi, PacketTransfer& table) {
-  std::vector<double> ends{lo};
+  std::vector<double> starts{lo};
   for (const auto& point : transfer.colours()) {
-    if (point.value > ends.back() && point.value < hi) ends.push_back(point.value);
+    if (point.value > starts.back() && point.value <= hi) starts.push_back(point.value);
   }
   table.pieces = 0;
-  if (table.affine || ends.size() > PacketTransfer::kFewPieces) return;
-  table.pieces = static_cast<int>(ends.size());
-  ends.push_back(hi);
-  for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
+  if (table.affine || starts.size() > PacketTransfer::kFewPieces) return;
+  table.pieces = static_cast<int>(starts.size());
+  for (std::size_t k = 0; k < starts.size(); ++k) {
     // From two places inside: at its ends the colour may jump.
-    const double third = (ends[k + 1] - ends[k]) / 3;
-    const Vec3 near = transfer.colour(ends[k] + third), far = transfer.colour(ends[k + 1] - third);
-    table.from[k] = static_cast<float>(ends[k]);
+    const double third = ((k + 1 < starts.size() ? starts[k + 1] : hi) - starts[k]) / 3;
+    const Vec3 first = transfer.colour(starts[k] + third), second = transfer.colour(starts[k] + 2 * third);
+    const Vec3 slope = third > 0 ? Vec3((second - first) / third) : Vec3::Zero();
+    table.from[k] = static_cast<float>(starts[k]);
     for (int c = 0; c < 3; ++c) {
-      table.at[c][k] = static_cast<float>(2 * near[c] - far[c]);
-      table.slope[c][k] = static_cast<float>((far[c] - near[c]) / third);
+      table.at[c][k] = static_cast<float>(2 * first[c] - second[c]);
+      table.slope[c][k] = static_cast<float>(slope[c]);
     }
   }
 }

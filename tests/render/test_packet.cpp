@@ -229,6 +229,17 @@ TEST_P(PacketRule, AgreesForColoursOfAnyNumberOfPieces) {
   }
 }
 
+TEST_P(PacketRule, TheLargestValueTakesTheColourAboveAJump) {
+  volume::Volume v = packet_volume<std::uint8_t>(255);
+  for (auto& value : std::get<volume::Grid<std::uint8_t>>(v.grid).voxels) {
+    value = std::min<std::uint8_t>(value, 120);
+  }
+  Scene scene = packet_scene(255);
+  scene.transfer = transfer::TransferFunction(
+      {{0, {0.1, 0.2, 0.9}}, {120, {0.9, 0.3, 0.1}}, {120, {0, 1, 1}}}, scene.transfer.opacities());
+  on_every_instruction_set([&] { expect_oracle(v, scene, packet_options(GetParam())); });
+}
+
 TEST(Packet, APictureInTheMemoryOfAnotherIsTheSame) {
   const auto v = packet_volume<std::uint8_t>(255);
   const Scene scene = packet_scene(255);
