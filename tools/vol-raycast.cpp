@@ -76,7 +76,9 @@ render::RenderResult drawn(const volume::Volume& volume, const render::Scene& sc
   }
   const auto caster = record.timed(
       "prepare", [&] { return std::make_unique<const render::Caster>(volume, scene, o.render, with); });
-  return record.repeated("render", [&] { return caster->cast(); });
+  render::RenderResult result;  // each picture in the memory of the one before
+  record.repeated("render", [&] { result = caster->cast(std::move(result.image)); });
+  return result;
 }
 
 /// The X-ray of the field weighted by Bezier curves, of grey ones one picture, of colours one a channel. A

@@ -23,6 +23,10 @@ struct Image {
   /// All pixels zero. Throws vol::Error unless 1 <= width, height <= 65536 and there is a channel, and on an
   /// image that memory does not hold.
   Image(int width, int height, std::vector<std::string> channels);
+  /// All pixels alike: `pixel` has a value a channel. Takes the memory of `spare`, an image that is no longer
+  /// needed, where that is large enough: new memory costs more than what is written into it.
+  Image(int width, int height, std::vector<std::string> channels, const std::vector<float>& pixel,
+        Image spare);
 
   [[nodiscard]] std::optional<int> channel(std::string_view name) const;
   [[nodiscard]] float& at(int x, int y, int c) { return pixels[index(x, y, c)]; }

@@ -1,6 +1,7 @@
 #include "render/caster.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "base/error.h"
 #include "render/max_error.h"
@@ -40,14 +41,14 @@ Caster::Caster(const volume::Volume& volume, const Scene& scene, const RenderOpt
                         caster.index);
 }
 
-RenderResult Caster::cast() const {
+RenderResult Caster::cast(image::Image spare) const {
   if (caster_.surfaces) {
     return raycast_with_surfaces(volume_, scene_, options_, *caster_.surfaces, caster_.index, caster_.labels);
   }
   if (caster_.labels) return raycast_plain(volume_, scene_, options_, caster_.index, caster_.labels);
   if (options_.quadrature == Quadrature::reference) return raycast_reference(volume_, scene_, options_);
   if (options_.max_error > 0) return cast_within_error(*packet_scene_, scene_.view);
-  if (packet_scene_) return packet_scene_->cast(scene_.view);
+  if (packet_scene_) return packet_scene_->cast(scene_.view, std::move(spare));
   if (options_.quadrature == Quadrature::split) return raycast_split_plain(volume_, scene_, options_);
   return raycast_plain(volume_, scene_, options_, caster_.index);
 }

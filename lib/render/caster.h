@@ -28,7 +28,8 @@ class Caster {
   Caster(const Caster&) = delete;
   Caster& operator=(const Caster&) = delete;
 
-  [[nodiscard]] RenderResult cast() const;
+  /// \param spare  an image whose memory the picture may take, such as the last frame's
+  [[nodiscard]] RenderResult cast(image::Image spare = {}) const;
 
  private:
   const volume::Volume& volume_;

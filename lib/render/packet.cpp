@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "base/error.h"
 #include "render/packet_cast.h"
@@ -118,6 +119,7 @@ const index::Macrocells& PacketVolume::macrocells() const {
 struct PacketScene::Tables {
   PacketJob job;
   Visibility visible;
+  VisibilityAhead ahead{visible};
 };
 
 PacketScene::~PacketScene() = default;
@@ -135,7 +137,21 @@ PacketScene::PacketScene(const PacketVolume& volume, const Scene& scene, const R
   if (index && index->volume_dims() != dims)
     throw Error("index volume was built for other dims than the volume's");
   auto tables = std::make_unique<Tables>();
-  if (set_tables(stepped, *tables)) tables_ = std::move(tables);
+  if (!set_tables(stepped, *tables)) return;
+  tables_ = std::move(tables);
+  if (!tables_->visible.all_visible) prepare_first_view();
+}
+
+/// The distances that most rays of the scene's own view will ask for.
+void PacketScene::prepare_first_view() const {
+  const volume::GridGeometry& geometry = volume_.native().geometry();
+  const volume::FieldBounds bounds = volume::field_bounds(geometry);
+  const camera::Camera camera(scene_.view, bounds.centre(), bounds.longest_edge(), options_.width,
+                              options_.height);
+  const Vec3 along = geometry.world_to_index_matrix() * camera.direction();
+  int octant = 0;
+  for (int a = 0; a < 3; ++a) octant |= int{along[a] < 0} << a;
+  static_cast<void>(tables_->ahead.distance(octant));
 }
 
 bool PacketScene::set_tables(const RenderOptions& options, Tables& tables) const {
@@ -176,13 +192,12 @@ bool PacketScene::set_tables(const RenderOptions& options, Tables& tables) const
   const bool touching = job.rule != PacketRule::preintegrated || options.step <= kTouching * spacing;
   if (!touching && index_ && options.skip_empty) return false;
   if (options.skip_empty && touching) tables.visible = visibility(macrocells, scene_.transfer);
-  if (!tables.visible.all_visible) job.distances = tables.visible.distance.data();
   job.macro_stride[1] = static_cast<std::int32_t>(macrocells.dims[0]);
   job.macro_stride[2] = static_cast<std::int32_t>(macrocells.dims[0] * macrocells.dims[1]);
   return true;
 }
 
-RenderResult PacketScene::cast(const camera::View& view) const {
+RenderResult PacketScene::cast(const camera::View& view, image::Image spare) const {
   Scene scene = scene_;
   scene.view = view;
   if (!tables_) return otherwise(volume_.original(), scene, options_, index_);
@@ -192,8 +207,10 @@ RenderResult PacketScene::cast(const camera::View& view) const {
   const RayBox box(bounds);
   const camera::Camera camera(view, bounds.centre(), bounds.longest_edge(), options.width, options.height);
   const PacketRayMaker maker(geometry, box, camera, options.step, index_);
-  RenderResult result{blank_image(options), {}, std::numeric_limits<double>::quiet_NaN(), "packets"};
-  result.counts = cast_picture({tables_->job, maker, scene, options, result.image});
+  RenderResult result{
+      blank_image(options, std::move(spare)), {}, std::numeric_limits<double>::quiet_NaN(), "packets"};
+  const Visibility* const visible = tables_->visible.all_visible ? nullptr : &tables_->visible;
+  result.counts = cast_picture({tables_->job, visible, &tables_->ahead, maker, scene, options, result.image});
   return result;
 }
 

@@ -77,8 +77,9 @@ class PacketScene {
   PacketScene(const PacketScene&) = delete;
   PacketScene& operator=(const PacketScene&) = delete;
 
+  /// \param spare  an image whose memory the picture may take, such as the last frame's
   /// \throws vol::Error as camera::Camera does, and where float cannot hold a pixel
-  [[nodiscard]] RenderResult cast(const camera::View& view) const;
+  [[nodiscard]] RenderResult cast(const camera::View& view, image::Image spare = {}) const;
 
   /// Whether packets draw it: else the oracle does, at a twentieth of their speed and less.
   [[nodiscard]] bool in_packets() const { return tables_ != nullptr; }
@@ -90,6 +91,7 @@ class PacketScene {
  private:
   struct Tables;
   [[nodiscard]] bool set_tables(const RenderOptions& options, Tables& tables) const;
+  void prepare_first_view() const;
 
   const PacketVolume& volume_;
   Scene scene_;

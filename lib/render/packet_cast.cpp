@@ -62,6 +62,23 @@ void store_pixel(const PacketPicture& picture, const Workplace& at, int lane, co
   }
 }
 
+/// Distances to what is visible that hold for a packet's rays: of their octant, or of all where they go to
+/// several.
+const std::uint8_t* distances_of(const PacketPicture& picture, const PacketRays& rays, int count) {
+  if (picture.visible == nullptr) return nullptr;
+  int octant = 0;
+  for (int a = 0; a < 3; ++a) {
+    bool up = false, down = false;
+    for (int lane = 0; lane < count; ++lane) {
+      up |= (rays.step_whole[a][lane] | rays.step_part[a][lane]) > 0;
+      down |= rays.step_whole[a][lane] < 0;
+    }
+    if (up && down) return picture.visible->distance.data();
+    octant |= int{down} << a;
+  }
+  return picture.ahead->distance(octant).data();
+}
+
 /// One packet: a ray for each of at most packet_lanes() pixels.
 void cast_packet(const PacketPicture& picture, Cast cast, std::span<const PixelPosition> positions,
                  Workplace& at, RenderCounts& counts) {
@@ -69,6 +86,7 @@ void cast_packet(const PacketPicture& picture, Cast cast, std::span<const PixelP
   const int count = static_cast<int>(positions.size());
   const std::int32_t* const segments = at.rays.segments;
   if (std::none_of(segments, segments + count, [](std::int32_t n) { return n > 0; })) return;
+  at.rays.distances = distances_of(picture, at.rays, count);
   cast(picture.job, at.rays, at.pixels);
   const double scale = picture.scene.model == Model::xray ? picture.options.step : 1;
   for (int lane = 0; lane < count; ++lane) {

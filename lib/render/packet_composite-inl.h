@@ -52,9 +52,10 @@ class Composite {
     // |y| of any segment at most 1: 2^y needs no range reduction.
     gentle_ = job.transfer.steepest * longest() >= -1;
     end_invisible_ = hn::Lt(segments_, hn::Zero(d));
-    if (job.distances) {
+    if (rays.distances) {
       if (kTrapezoid) {
-        end_invisible_ = hn::Gt(visible_distance(job, load(rays.exit_whole, rays.exit_part)), hn::Zero(d));
+        end_invisible_ =
+            hn::Gt(visible_distance(job, rays.distances, load(rays.exit_whole, rays.exit_part)), hn::Zero(d));
       }
       leaps_.prepare(step_);
     }
@@ -66,7 +67,7 @@ class Composite {
     const I limit = kTrapezoid || indexed_ ? segments_ : hn::Sub(segments_, constant_i(1));
     for (;;) {
       if (!indexed_ && phase_ == 0) run_on(limit);
-      if (job_.distances && phase_ == 0) leap(limit);
+      if (rays_.distances && phase_ == 0) leap(limit);
       const MI active = hn::And(alive_, hn::Lt(path_.node, limit));
       if (hn::AllFalse(DI(), active)) break;
       run(active, limit);
@@ -153,7 +154,7 @@ class Composite {
     const DI d;
     const I least = constant_i(kTrapezoid ? kRun + 1 : kRun);  // a trapezoid's last node is left to run()
     // A lane that left empty space begins its run at the node before the first visible one.
-    for (bool looks = job_.distances != nullptr;; looks = false) {
+    for (bool looks = rays_.distances != nullptr;; looks = false) {
       const MI active = hn::And(alive_, hn::Lt(path_.node, limit));
       const I ones = hn::IfThenElseZero(active, constant_i(1));
       const F whole = to_float(ones);
@@ -164,10 +165,10 @@ class Composite {
         goes_on = hn::AllFalse(d, hn::And(active, hn::Lt(hn::Sub(limit, path.node), least)));
         if (HWY_UNLIKELY(!goes_on)) break;
         if (looks) {
-          const MI hidden = hn::Gt(visible_distance(job_, path.position), hn::Zero(d));
+          const MI hidden = hn::Gt(visible_distance(job_, rays_.distances, path.position), hn::Zero(d));
           if (!hn::AllFalse(d, hn::And(active, hidden))) break;
         }
-        looks = job_.distances != nullptr;
+        looks = rays_.distances != nullptr;
         Position second = path.position;
         advance(second, hop);
         const Lights<kChannels> nodes[kRun] = {sample(path.position), sample(second)};
@@ -196,7 +197,7 @@ class Composite {
       path_ = path;
       if (!goes_on) return;
       if (stops_) stop();
-      if (job_.distances) leap(limit);
+      if (rays_.distances) leap(limit);
     }
   }
 
@@ -279,7 +280,7 @@ class Composite {
   /// Macrocells whose values are all invisible are left behind without sampling.
   HWY_INLINE void leap(I limit) {
     const MI able = hn::And(alive_, hn::Lt(path_.node, limit));
-    const I distance = hn::IfThenElseZero(able, visible_distance(job_, path_.position));
+    const I distance = hn::IfThenElseZero(able, visible_distance(job_, rays_.distances, path_.position));
     if (!hn::AllFalse(DI(), hn::Gt(distance, hn::Zero(DI())))) leap_on(distance);
   }
   HWY_NOINLINE void leap_on(I distance);
@@ -335,7 +336,7 @@ HWY_NOINLINE void Composite<kVoxels, kTrapezoid, kChannels>::leap_on(I distance)
     advance(path_.position, scaled(step_, hn::IfThenElseZero(here, nodes)));
     path_.node = next;
     if (!kTrapezoid) alive_ = hn::AndNot(ends, alive_);
-    distance = visible_distance(job_, path_.position);
+    distance = visible_distance(job_, rays_.distances, path_.position);
     here = hn::And(here, hn::Gt(distance, hn::Zero(d)));
   }
   const MI goes_on = hn::And(hn::And(leaps, alive_), hn::Lt(path_.node, segments_));
@@ -366,8 +367,9 @@ void Composite<kVoxels, kTrapezoid, kChannels>::finish() {
     const MI needless = hn::And(end_invisible_, int_mask(hn::Eq(path_.left.y, hn::Zero(DF()))));
     skipped_ = hn::Add(skipped_, hn::IfThenElseZero(hn::And(active, needless), constant_i(1)));
     active = hn::AndNot(needless, active);
-  } else if (job_.distances) {
-    const MI needless = hn::And(active, hn::Gt(visible_distance(job_, path_.position), hn::Zero(DI())));
+  } else if (rays_.distances) {
+    const MI needless =
+        hn::And(active, hn::Gt(visible_distance(job_, rays_.distances, path_.position), hn::Zero(DI())));
     skipped_ = hn::Add(skipped_, hn::IfThenElseZero(needless, constant_i(1)));
     active = hn::AndNot(needless, active);
   }

@@ -28,10 +28,17 @@ struct PacketTransfer {
   float steepest = 0;    ///< smallest y of a whole segment (most negative)
   float densest = 0;     ///< preintegrated and split: no node's y is below (opacity 1 apart)
   Buffer<float> splits;  ///< value, +infinity where none; by bucket
-  /// By line. {y, dy}: log2 of a node's share of a step's transmittance, and its slope; or, with `logarithm`,
-  /// {opacity, slope, 1 - opacity, slope}.
+  /// By line. {y, dy}: log2 of a node's share of a step's transmittance, y + dy w + bend w^2; or, with
+  /// `logarithm`, {opacity, slope, 1 - opacity, slope}.
   Buffer<float> extinctions;
-  Buffer<float> colours;             ///< by line: r, dr, g, dg, b, db; empty when affine
+  Buffer<float> bends;    ///< by line; empty: none
+  Buffer<float> colours;  ///< by line: r, dr, g, dg, b, db; empty when affine
+  // Colour of few pieces, as tables that fit into registers: piece k begins at the value from[k] and has the
+  // colour at[c][k] + slope[c][k] (value - from[k]).
+  static constexpr int kFewPieces = 8;
+  int pieces = 0;  ///< 0: more than kFewPieces
+  alignas(64) float from[kMaxLanes]{};
+  alignas(64) float at[3][kMaxLanes]{}, slope[3][kMaxLanes]{};
   float colour0[3]{}, colour1[3]{};  ///< affine: colour = colour0 + colour1 u
   // Preintegrated and split: the values at which a segment is cut; interval k lies between cuts k - 1 and k.
   Buffer<float> cuts;              ///< ascending, then +infinity
@@ -72,9 +79,7 @@ struct PacketJob {
   float ambient = 0, diffuse = 0, specular = 0, exponent = 0;
   bool headlight = true;
   float light[3]{};
-  // Skipping: Visibility::distance by macrocell. Null: all are visible.
-  const std::uint8_t* distances = nullptr;
-  std::int32_t macro_stride[3]{};
+  std::int32_t macro_stride[3]{};  ///< of the tables of distances to visible macrocells
   // The index: nibbles, padded.
   const std::uint8_t* nibbles = nullptr;
   std::int32_t row_bytes = 0, slice_bytes = 0;
@@ -95,6 +100,8 @@ struct PacketRays {
   alignas(64) float remainder[kMaxLanes];           ///< length of the last segment, in steps
   alignas(64) std::int32_t first_level[kMaxLanes];  ///< index entry of node 0
   alignas(64) float direction[3][kMaxLanes];        ///< world, for shading
+  // Skipping: distances by macrocell (visibility.h) that hold for all of these rays. Null: all are visible.
+  const std::uint8_t* distances = nullptr;
 };
 
 struct PacketPixels {

@@ -64,12 +64,13 @@ HWY_INLINE void blinn_phong(const PacketJob& job, F gx, F gy, F gz, const F* ray
   specular = hn::IfThenElse(flat, constant(0.0F), specular);
 }
 
-/// a + slope w from a table of pairs {a, slope}: of the pairs that are numbered. A pair is loaded as one
-/// number of 64 bits: half as many loads as of its floats.
-HWY_INLINE F on_line(const float* table, I pair, F w) {
+/// Of a table of pairs, those that are numbered. A pair is loaded as one number of 64 bits: half as many
+/// loads as of its floats.
+HWY_INLINE void load_pairs(const float* table, I pair, F& first, F& second) {
 #if HWY_TARGET == HWY_SCALAR
   const I at = hn::Add(pair, pair);
-  return hn::MulAdd(hn::GatherIndex(DF(), table + 1, at), w, hn::GatherIndex(DF(), table, at));
+  first = hn::GatherIndex(DF(), table, at);
+  second = hn::GatherIndex(DF(), table + 1, at);
 #else
   const hn::Repartition<std::int64_t, DF> wide;
   const hn::Half<DI> half;
@@ -78,8 +79,16 @@ HWY_INLINE F on_line(const float* table, I pair, F w) {
       hn::BitCast(DF(), hn::GatherIndex(wide, pairs, hn::PromoteTo(wide, hn::LowerHalf(half, pair))));
   const F high =
       hn::BitCast(DF(), hn::GatherIndex(wide, pairs, hn::PromoteTo(wide, hn::UpperHalf(half, pair))));
-  return hn::MulAdd(hn::ConcatOdd(DF(), high, low), w, hn::ConcatEven(DF(), high, low));
+  first = hn::ConcatEven(DF(), high, low);
+  second = hn::ConcatOdd(DF(), high, low);
 #endif
+}
+
+/// a + slope w from a table of pairs {a, slope}.
+HWY_INLINE F on_line(const float* table, I pair, F w) {
+  F a, slope;
+  load_pairs(table, pair, a, slope);
+  return hn::MulAdd(slope, w, a);
 }
 
 /// Bucket coordinate of a value.
@@ -88,20 +97,30 @@ HWY_INLINE F table_coordinate(const PacketTransfer& t, F value) {
   return hn::Min(hn::Max(u, constant(0.0F)), constant(t.last));
 }
 
-/// The transfer function at a value: y, and as q the colour, or u where there is one channel.
-template <int kChannels>
-HWY_INLINE void look_up(const PacketTransfer& t, F value, F& y, F* q) {
-  const F u = table_coordinate(t, value);
-  const F bucket = hn::Floor(u);
-  const F w = hn::Sub(u, bucket);
-  I line = small_integer(bucket);
+/// Where a value is looked up: a line of the tables, w from where its bucket begins.
+struct TablePlace {
+  F u, w;
+  I line;
+};
+HWY_INLINE TablePlace table_place(const PacketTransfer& t, F value) {
+  TablePlace place;
+  place.u = table_coordinate(t, value);
+  const F bucket = hn::Floor(place.u);
+  place.w = hn::Sub(place.u, bucket);
+  place.line = small_integer(bucket);
   if (t.split) {
-    const F split = hn::GatherIndex(DF(), t.splits.data(), line);
-    const I second = hn::Add(line, constant_i(t.buckets));
-    line = hn::IfThenElse(int_mask(hn::Ge(value, split)), second, line);
+    const F split = hn::GatherIndex(DF(), t.splits.data(), place.line);
+    const I second = hn::Add(place.line, constant_i(t.buckets));
+    place.line = hn::IfThenElse(int_mask(hn::Ge(value, split)), second, place.line);
   }
+  return place;
+}
+
+/// The y of a node.
+HWY_INLINE F extinction_at(const PacketTransfer& t, const TablePlace& place) {
+  const F w = place.w;
   if (HWY_UNLIKELY(t.logarithm)) {
-    const I two = hn::Add(line, line);
+    const I two = hn::Add(place.line, place.line);
     const F opacity = on_line(t.extinctions.data(), two, w);
     // Below 0.9 the subtraction loses no digit that matters.
     const F clear = t.dense ? on_line(t.extinctions.data() + 2, two, w) : hn::Sub(constant(1.0F), opacity);
@@ -109,28 +128,67 @@ HWY_INLINE void look_up(const PacketTransfer& t, F value, F& y, F* q) {
     const F small = log2p1_reduced(hn::Neg(hn::Min(opacity, constant(0.25F))));
     const F large = log2_positive(hn::Max(clear, constant(1e-30F)));
     const F logarithm = hn::IfThenElse(hn::Lt(opacity, constant(0.25F)), small, large);
-    y = hn::Mul(logarithm, constant(t.exponent));
-    y = hn::IfThenElse(hn::Le(clear, constant(0.0F)), constant(kOpaque), y);
-  } else {
-    y = on_line(t.extinctions.data(), line, w);
+    const F y = hn::Mul(logarithm, constant(t.exponent));
+    return hn::IfThenElse(hn::Le(clear, constant(0.0F)), constant(kOpaque), y);
   }
+  F y, slope;
+  load_pairs(t.extinctions.data(), place.line, y, slope);
+  if (!t.bends.empty()) slope = hn::MulAdd(hn::GatherIndex(DF(), t.bends.data(), place.line), w, slope);
+  return hn::MulAdd(slope, w, y);
+}
+
+/// A colour of few pieces, from registers: no load waits for the value.
+HWY_INLINE void colour_of_few(const PacketTransfer& t, F value, F* q) {
+  I piece = hn::Zero(DI());
+  for (int k = 1; k < t.pieces; ++k) {
+    const MI behind = int_mask(hn::Ge(value, constant(t.from[k])));
+    piece = hn::Add(piece, hn::IfThenElseZero(behind, constant_i(1)));
+  }
+  const auto in = hn::IndicesFromVec(DF(), piece);
+  const auto entry = [&](const float* table)
+                         HWY_ATTR { return hn::TableLookupLanes(hn::Load(DF(), table), in); };
+  const F beyond = hn::Sub(value, entry(t.from));
+  for (int c = 0; c < 3; ++c) q[c] = hn::MulAdd(entry(t.slope[c]), beyond, entry(t.at[c]));
+}
+
+/// As q the colour, or u where there is one channel.
+template <int kChannels>
+HWY_INLINE void colour_at(const PacketTransfer& t, F value, const TablePlace& place, F* q) {
   if constexpr (kChannels == 1) {
-    q[0] = u;
+    q[0] = place.u;
   } else if (t.affine) {
-    for (int c = 0; c < 3; ++c) q[c] = hn::MulAdd(constant(t.colour1[c]), u, constant(t.colour0[c]));
+    for (int c = 0; c < 3; ++c) q[c] = hn::MulAdd(constant(t.colour1[c]), place.u, constant(t.colour0[c]));
+  } else if (t.pieces > 0 && t.pieces <= static_cast<int>(hn::Lanes(DF()))) {
+    colour_of_few(t, value, q);
   } else {
-    const I three = hn::Add(hn::Add(line, line), line);
-    for (int c = 0; c < 3; ++c) q[c] = on_line(t.colours.data() + 2 * c, three, w);
+    const I three = hn::Add(hn::Add(place.line, place.line), place.line);
+    for (int c = 0; c < 3; ++c) q[c] = on_line(t.colours.data() + 2 * c, three, place.w);
   }
+}
+
+/// The transfer function at a value: y, and as q the colour, or u where there is one channel.
+template <int kChannels>
+HWY_INLINE void look_up(const PacketTransfer& t, F value, F& y, F* q) {
+  const TablePlace place = table_place(t, value);
+  y = extinction_at(t, place);
+  colour_at<kChannels>(t, value, place, q);
 }
 
 template <int kChannels, class S>
 HWY_INLINE Lights<kChannels> lights(const PacketJob& job, F value, const S& sampler, const F* ray) {
   Lights<kChannels> node;
   F q[kChannels];
-  look_up<kChannels>(job.transfer, value, node.y, q);
+  const TablePlace place = table_place(job.transfer, value);
+  node.y = extinction_at(job.transfer, place);
+  if constexpr (kChannels == 3) {  // no colour where no lane has anything to show
+    if (hn::AllTrue(DF(), hn::Eq(node.y, constant(0.0F)))) {
+      for (int c = 0; c < 3; ++c) node.yq[c] = hn::Zero(DF());
+      return node;
+    }
+  }
+  colour_at<kChannels>(job.transfer, value, place, q);
   if constexpr (kChannels == 3) {
-    if (job.shaded && !hn::AllTrue(DF(), hn::Eq(node.y, constant(0.0F)))) {
+    if (job.shaded) {
       F gx, gy, gz, diffuse, specular;
       sampler.gradient(gx, gy, gz);
       blinn_phong(job, gx, gy, gz, ray, diffuse, specular);

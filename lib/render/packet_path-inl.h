@@ -31,7 +31,7 @@ class Leaps {
   /// Nodes from a position on, its own included, that surely lie in the macrocells less than `distance` away
   /// (at least 1).
   HWY_INLINE I nodes_inside(const Position& p, I distance) const {
-    const F reach = to_float(hn::Mul(distance, constant_i(kEdge)));
+    const F reach = to_float(hn::ShiftLeft<kEdgeLog2>(distance));
     const F nodes = hn::Min(axis(0, p.whole0, p.part0, reach),
                             hn::Min(axis(1, p.whole1, p.part1, reach), axis(2, p.whole2, p.part2, reach)));
     return hn::Add(truncated(hn::Min(hn::Max(nodes, constant(0.0F)), constant(30000.0F))), constant_i(1));
@@ -39,6 +39,7 @@ class Leaps {
 
  private:
   static constexpr std::int32_t kEdge = ::vol::index::Macrocells::kEdge;
+  static constexpr int kEdgeLog2 = ::vol::index::Macrocells::kEdgeLog2;
 
   HWY_INLINE F axis(int a, I whole, I part, F reach) const {
     const F at = hn::Add(to_float(hn::And(whole, constant_i(kEdge - 1))), fraction(part));

@@ -38,8 +38,9 @@ class Preintegrated {
     left_length_ = hn::Zero(DF());
     left_ = {hn::Zero(DF()), hn::Zero(d), hn::Zero(DF()), hn::Zero(DF())};
     for (int a = 0; a < 3; ++a) ray_[a] = job.shaded ? hn::Load(DF(), rays.direction[a]) : hn::Zero(DF());
-    if (job.distances) {
-      end_invisible_ = hn::Gt(visible_distance(job, load(rays.exit_whole, rays.exit_part)), hn::Zero(d));
+    if (rays.distances) {
+      end_invisible_ =
+          hn::Gt(visible_distance(job, rays.distances, load(rays.exit_whole, rays.exit_part)), hn::Zero(d));
       leaps_.prepare(step_);
     }
   }
@@ -81,8 +82,8 @@ class Preintegrated {
   /// One node of every active lane, and the segment that it closes.
   HWY_INLINE void run(MI active) {
     MI invisible = hn::Lt(segments_, hn::Zero(DI()));
-    if (job_.distances) {
-      const I distance = hn::IfThenElseZero(active, visible_distance(job_, position_));
+    if (rays_.distances) {
+      const I distance = hn::IfThenElseZero(active, visible_distance(job_, rays_.distances, position_));
       invisible = hn::Gt(distance, hn::Zero(DI()));
       const MI leaps = hn::And(invisible, hn::Or(fresh_, left_invisible_));
       if (!hn::AllFalse(DI(), leaps)) {
@@ -189,7 +190,7 @@ class Preintegrated {
       const I next = hn::Min(hn::Add(node_, leaps_.nodes_inside(position_, distance)), last);
       advance(position_, scaled(step_, hn::IfThenElseZero(here, hn::Sub(next, node_))));
       node_ = hn::IfThenElse(here, next, node_);
-      distance = visible_distance(job_, position_);
+      distance = visible_distance(job_, rays_.distances, position_);
       const MI inside = hn::Gt(distance, hn::Zero(d));
       const MI back = hn::AndNot(inside, here);
       landed = hn::AndNot(back, landed);

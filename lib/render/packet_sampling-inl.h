@@ -198,15 +198,15 @@ HWY_INLINE I index_level(const PacketJob& job, const Position& p) {
   return hn::And(hn::IfThenElse(odd, hn::ShiftRight<4>(word), word), constant_i(15));
 }
 
-/// Visibility::distance of the macrocell at a position.
-HWY_INLINE I visible_distance(const PacketJob& job, const Position& p) {
+/// The distance to what is visible, of the macrocell at a position.
+HWY_INLINE I visible_distance(const PacketJob& job, const std::uint8_t* distances, const Position& p) {
   const DI d;
   constexpr int kEdgeLog2 = ::vol::index::Macrocells::kEdgeLog2;
   const I offset =
       hn::Add(hn::ShiftRight<kEdgeLog2>(p.whole0),
               hn::Add(hn::Mul(hn::ShiftRight<kEdgeLog2>(p.whole1), constant_i(job.macro_stride[1])),
                       hn::Mul(hn::ShiftRight<kEdgeLog2>(p.whole2), constant_i(job.macro_stride[2]))));
-  const I word = hn::GatherOffset(d, reinterpret_cast<const std::int32_t*>(job.distances), offset);
+  const I word = hn::GatherOffset(d, reinterpret_cast<const std::int32_t*>(distances), offset);
   return hn::And(word, constant_i(0xff));
 }
 

@@ -25,7 +25,8 @@ namespace vol::render::HWY_NAMESPACE {
 template <PacketVoxels kVoxels, int kChannels, int kNodes, bool kAdaptive>
 class Split {
  public:
-  Split(const PacketJob& job, const PacketRays& rays) : job_(job), walk_(job, rays) {
+  Split(const PacketJob& job, const PacketRays& rays)
+      : job_(job), distances_(rays.distances), walk_(job, rays) {
     const DI d;
     alive_ = hn::Gt(hn::Load(d, rays.segments), hn::Zero(d));
     stopped_ = hn::Lt(hn::Zero(d), hn::Zero(d));
@@ -40,7 +41,7 @@ class Split {
 
   void cast(PacketPixels& pixels) {
     while (!hn::AllFalse(DI(), alive_)) {
-      if (job_.distances) leave_empty_space();
+      if (distances_) leave_empty_space();
       if (hn::AllFalse(DI(), alive_)) break;
       pass_cell();
     }
@@ -51,7 +52,7 @@ class Split {
   HWY_INLINE void leave_empty_space() {
     const DI d;
     for (;;) {
-      const I distance = hn::IfThenElseZero(alive_, visible_distance(job_, walk_.cell()));
+      const I distance = hn::IfThenElseZero(alive_, visible_distance(job_, distances_, walk_.cell()));
       const MI here = hn::Gt(distance, hn::Zero(d));
       if (HWY_LIKELY(hn::AllFalse(d, here))) return;
       const auto faces = walk_.faces();
@@ -277,6 +278,7 @@ class Split {
   static constexpr float kNarrowest = 1.0F / 4096;  // of a cell: no piece is halved further
 
   const PacketJob& job_;
+  const std::uint8_t* distances_;
   CellWalk walk_;
   Gathered<kChannels> path_;
   Halfway halfway_;

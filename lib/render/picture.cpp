@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "base/error.h"
 #include "base/parallel.h"
@@ -96,14 +97,14 @@ double resolved_reference_length(const Scene& scene, double smallest_spacing) {
   throw Error("a field without a grid has no spacing: the scene needs a reference_length");
 }
 
-image::Image blank_image(const RenderOptions& options) {
+image::Image blank_image(const RenderOptions& options, image::Image spare) {
   std::vector<std::string> channels{"R", "G", "B", "A", "samples", "depth"};
-  if (options.max_error > 0) channels.emplace_back("error");
-  image::Image image(options.width, options.height, channels);
-  for (int y = 0; y < options.height; ++y) {
-    for (int x = 0; x < options.width; ++x) image.at(x, y, 5) = std::numeric_limits<float>::infinity();
+  std::vector<float> pixel{0, 0, 0, 0, 0, std::numeric_limits<float>::infinity()};
+  if (options.max_error > 0) {
+    channels.emplace_back("error");
+    pixel.push_back(0);
   }
-  return image;
+  return {options.width, options.height, std::move(channels), pixel, std::move(spare)};
 }
 
 RenderResult draw(const volume::FieldBounds& bounds, const Scene& scene, const RenderOptions& options,

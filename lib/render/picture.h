@@ -47,7 +47,8 @@ using BesideCaster = std::function<Pixel(const camera::Ray&, RenderCounts&)>;
 inline constexpr std::size_t kErrorChannel = 6;
 
 /// What no ray meets: depth infinite, all else 0; with a channel `error` where options.max_error asks for it.
-[[nodiscard]] image::Image blank_image(const RenderOptions& options);
+/// In the memory of `spare`, where there is any.
+[[nodiscard]] image::Image blank_image(const RenderOptions& options, image::Image spare = {});
 
 /// Casts some pixels of a picture anew, and adds what that costs to its counts.
 void redraw(const volume::FieldBounds& bounds, const Scene& scene, std::span<const PixelPosition> pixels,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace vol::render {
 namespace {
@@ -64,7 +65,72 @@ class DistanceSweeps {
   std::vector<std::uint8_t> least_;
 };
 
+/// Distances of one octant, from 0 for visible macrocells and 255 for the others: one more than the least of
+/// the 7 neighbours ahead, because a cube of edge D is those of edge D - 1 at them and its own corner. One
+/// sweep against the rays.
+class OctantSweep {
+ public:
+  OctantSweep(const Dims& dims, int octant, std::uint8_t* distance)
+      : dims_(dims), distance_(distance), least_(static_cast<std::size_t>(dims[0]) + 2) {
+    for (int a = 0; a < 3; ++a) ahead_[a] = (octant >> a & 1) != 0 ? -1 : 1;
+  }
+
+  void run() {
+    for (std::int64_t l = 0; l < dims_[2]; ++l) {
+      for (std::int64_t m = 0; m < dims_[1]; ++m) sweep_row(turned(m, 1), turned(l, 2));
+    }
+  }
+
+ private:
+  /// The n-th place of an axis, from where the rays leave it.
+  [[nodiscard]] std::int64_t turned(std::int64_t n, int axis) const {
+    return ahead_[axis] < 0 ? n : dims_[axis] - 1 - n;
+  }
+
+  void sweep_row(std::int64_t b, std::int64_t c) {
+    const std::int64_t n = dims_[0];
+    const auto row = [&](std::int64_t j, std::int64_t k) { return distance_ + n * (j + dims_[1] * k); };
+    std::fill(least_.begin(), least_.end(), std::uint8_t{255});
+    const auto take = [&](std::int64_t j, std::int64_t k) {
+      if (j < 0 || j >= dims_[1] || k < 0 || k >= dims_[2]) return;
+      const std::uint8_t* other = row(j, k);
+      for (std::int64_t a = 0; a < n; ++a) {
+        auto& least = least_[static_cast<std::size_t>(a) + 1];
+        least = std::min(least, other[a]);
+      }
+    };
+    take(b + ahead_[1], c);
+    take(b, c + ahead_[2]);
+    take(b + ahead_[1], c + ahead_[2]);
+    std::uint8_t* here = row(b, c);
+    const std::uint8_t* least = least_.data() + 1;
+    std::uint8_t next = 255;
+    for (std::int64_t m = 0; m < n; ++m) {
+      const std::int64_t a = turned(m, 0);
+      next = std::min(here[a], one_more(std::min({least[a], least[a + ahead_[0]], next})));
+      here[a] = next;
+    }
+  }
+
+  const Dims dims_;
+  std::uint8_t* distance_;
+  int ahead_[3];
+  std::vector<std::uint8_t> least_;  // of the rows ahead, with one place more at either end
+};
+
 }  // namespace
+
+const Buffer<std::uint8_t>& VisibilityAhead::distance(int octant) const {
+  Table& table = tables_[static_cast<std::size_t>(octant)];
+  std::call_once(table.made, [&] {
+    Buffer<std::uint8_t> distance(of_.distance.size());
+    std::transform(of_.distance.begin(), of_.distance.end(), distance.begin(),
+                   [](std::uint8_t d) { return d > 0 ? std::uint8_t{255} : std::uint8_t{0}; });
+    OctantSweep(of_.dims, octant, distance.data()).run();
+    table.distance = std::move(distance);
+  });
+  return table.distance;
+}
 
 std::size_t Visibility::offset(const Vec3& u, const Dims& samples) const {
   std::int64_t at[3];

@@ -1,5 +1,7 @@
 #pragma once
+#include <array>
 #include <cstdint>
+#include <mutex>
 #include <vector>
 
 #include "base/buffer.h"
@@ -20,6 +22,26 @@ struct Visibility {
 
   /// Of the macrocell of a point, box coordinates u in [0,1]^3 (clamped) of a field of `dims` samples.
   [[nodiscard]] std::size_t offset(const Vec3& u, const Dims& samples) const;
+};
+
+/// The same for rays that go to one octant, which are not held up by what they pass or leave behind (Deakin
+/// and Knoll 2020): distance D > 0: the D^3 macrocells less than D away, along each axis in the direction of
+/// the rays, are invisible. A table an octant, each made when it is asked for first, by any thread.
+class VisibilityAhead {
+ public:
+  /// \param of  must live longer
+  explicit VisibilityAhead(const Visibility& of) : of_(of) {}
+
+  /// \param octant  x + 2 y + 4 z, each 1 where the rays go down along that axis; where they stay, either
+  [[nodiscard]] const Buffer<std::uint8_t>& distance(int octant) const;
+
+ private:
+  struct Table {
+    std::once_flag made;
+    Buffer<std::uint8_t> distance;
+  };
+  const Visibility& of_;
+  mutable std::array<Table, 8> tables_;
 };
 
 /// An invisible macrocell is one whose range, widened by the rounding of single-precision reconstruction,

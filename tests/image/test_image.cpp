@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "base/error.h"
 #include "image/exposure.h"
@@ -20,6 +22,20 @@ TEST(Image, SizesAreChecked) {
   EXPECT_THROW(Image(0, 3, {"Y"}), Error);
   EXPECT_THROW(Image(100000, 3, {"Y"}), Error);
   EXPECT_THROW(Image(4, 3, {}), Error);
+}
+
+TEST(Image, PixelsAreAlikeWhateverTheSpareMemoryHeld) {
+  const std::vector<float> pixel{1, 2, 3};
+  for (const int width : {1, 40, 90}) {
+    Image spare(width, 50, {"Y"});
+    spare.pixels.assign(spare.pixels.size(), -5.0F);
+    const float* const memory = spare.pixels.data();
+    const Image im(11, 70, {"X", "Y", "Z"}, pixel, std::move(spare));
+    ASSERT_EQ(im.pixels.size(), 3U * 11 * 70);
+    for (std::size_t i = 0; i < im.pixels.size(); ++i) ASSERT_EQ(im.pixels[i], pixel[i % 3]);
+    EXPECT_EQ(im.pixels.data() == memory, width == 90) << "memory is taken where it is large enough";
+  }
+  EXPECT_THROW(Image(4, 3, {"Y"}, pixel, Image()), Error);
 }
 
 TEST(Image, ExposureMakesTheLargestColourWhite) {

@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -166,6 +168,89 @@ TEST_P(PacketRule, SkippingChangesNoBitAndSkips) {
     if (opacity < 1) {
       EXPECT_EQ(skipping.counts.samples + skipping.counts.skipped, all.counts.samples);
     }
+  }
+}
+
+// Rays of one octant, of several (perspective, from within), and along axes: distances are asked for by
+// octant.
+TEST_P(PacketRule, SkippingChangesNoBitWhereverRaysGo) {
+  volume::Volume v = packet_volume<std::uint8_t>(255, {61, 47, 70});
+  auto& geometry = std::get<volume::Grid<std::uint8_t>>(v.grid).geometry;
+  geometry.direction = Mat3::Identity();
+  RenderOptions options = packet_options(GetParam());
+  options.width = 31;
+  options.height = 27;
+  Scene scene = packet_scene(255);
+  std::int64_t skipped = 0;
+  for (const double azimuth : {0.0, 40.0, 90.0, 130.0, 200.0, 310.0}) {
+    for (const double elevation : {-90.0, -25.0, 0.0, 50.0}) {
+      for (const bool perspective : {false, true}) {
+        scene.view.azimuth = azimuth;
+        scene.view.elevation = elevation;
+        scene.view.projection =
+            perspective ? camera::Projection::perspective : camera::Projection::orthographic;
+        scene.view.fov = 100;
+        if (perspective) scene.view.distance = 6;
+        options.skip_empty = false;
+        const RenderResult all = raycast_packet(v, scene, options);
+        options.skip_empty = true;
+        const RenderResult skipping = raycast_packet(v, scene, options);
+        SCOPED_TRACE(testing::Message()
+                     << azimuth << ", " << elevation << (perspective ? ", from within" : ""));
+        expect_same_bits(all.image, skipping.image, false);
+        EXPECT_EQ(skipping.counts.samples + skipping.counts.skipped, all.counts.samples);
+        skipped += skipping.counts.skipped;
+      }
+    }
+  }
+  EXPECT_GT(skipped, 0);
+}
+
+// Colours of few pieces are looked up in registers, of as many as an instruction set's hold; others in
+// tables.
+TEST_P(PacketRule, AgreesForColoursOfAnyNumberOfPieces) {
+  const auto v = packet_volume<std::uint8_t>(255);
+  RenderOptions options = packet_options(GetParam());
+  options.width = 29;
+  options.height = 23;
+  Rng rng(8);
+  for (const int points : {3, 4, 5, 6, 9, 10, 14}) {
+    Scene scene = packet_scene(255);
+    std::vector<transfer::ColourPoint> colours;
+    const auto colour = [&] { return Vec3(rng.uniform(), rng.uniform(), rng.uniform()); };
+    for (int k = 0; k < points; ++k) {
+      const double value = 20 + (k + 0.7 * rng.uniform()) * 215 / points;
+      colours.push_back({value, colour()});
+      if (k == points / 2) colours.push_back({value, colour()});  // a jump
+    }
+    scene.transfer = transfer::TransferFunction(colours, scene.transfer.opacities());
+    SCOPED_TRACE(points);
+    on_every_instruction_set([&] { expect_oracle(v, scene, options); });
+  }
+}
+
+TEST_P(PacketRule, TheLargestValueTakesTheColourAboveAJump) {
+  volume::Volume v = packet_volume<std::uint8_t>(255);
+  for (auto& value : std::get<volume::Grid<std::uint8_t>>(v.grid).voxels) {
+    value = std::min<std::uint8_t>(value, 120);
+  }
+  Scene scene = packet_scene(255);
+  scene.transfer = transfer::TransferFunction(
+      {{0, {0.1, 0.2, 0.9}}, {120, {0.9, 0.3, 0.1}}, {120, {0, 1, 1}}}, scene.transfer.opacities());
+  on_every_instruction_set([&] { expect_oracle(v, scene, packet_options(GetParam())); });
+}
+
+TEST(Packet, APictureInTheMemoryOfAnotherIsTheSame) {
+  const auto v = packet_volume<std::uint8_t>(255);
+  const Scene scene = packet_scene(255);
+  const RenderOptions options = packet_options();
+  const PacketVolume prepared(v);
+  const PacketScene ready(prepared, scene, options);
+  const RenderResult fresh = ready.cast(scene.view);
+  for (const int width : {7, options.width, 200}) {
+    image::Image spare(width, options.height, {"R", "G", "B", "A", "samples", "depth"});
+    std::fill(spare.pixels.begin(), spare.pixels.end(), 17.0F);
+    expect_same_bits(fresh.image, ready.cast(scene.view, std::move(spare)).image, true);
   }
 }
 

@@ -45,6 +45,49 @@ TEST(Visibility, DistanceIsChebyshevsToTheNearestVisibleMacrocell) {
   });
 }
 
+TEST(Visibility, DistanceAheadIsToTheNearestVisibleMacrocellOfTheOctant) {
+  constexpr int kDims[3] = {13, 9, 17};
+  for (const double share : {0.004, 0.2}) {
+    Rng rng(5);
+    index::Macrocells cells = hidden_cells({kDims[0], kDims[1], kDims[2]});
+    for (auto& range : cells.ranges) range = rng.uniform() < share ? kVisible : kHidden;
+    const Visibility v = visibility(cells, kSteep);
+    const VisibilityAhead ahead(v);
+    for (int octant = 0; octant < 8; ++octant) {
+      const auto& distance = ahead.distance(octant);
+      const auto way = [&](int from, int to, int axis) {
+        return (octant >> axis & 1) != 0 ? from - to : to - from;
+      };
+      for (int n = 0; n < 13 * 9 * 17; ++n) {
+        const int a = n % 13, b = n / 13 % 9, c = n / (13 * 9);
+        int least = 255;
+        for (int m = 0; m < 13 * 9 * 17; ++m) {
+          const int i = m % 13, j = m / 13 % 9, k = m / (13 * 9);
+          const int x = way(a, i, 0), y = way(b, j, 1), z = way(c, k, 2);
+          if (std::min({x, y, z}) >= 0 && cells(i, j, k).max > 2)
+            least = std::min(least, std::max({x, y, z}));
+        }
+        ASSERT_EQ(distance[cells.offset(a, b, c)], least) << "octant " << octant << ", macrocell " << n;
+      }
+    }
+  }
+}
+
+TEST(Visibility, DistanceAheadEndsAt255AndDoesNotWrap) {
+  index::Macrocells cells = hidden_cells({2, 700, 3});
+  cells.ranges[cells.offset(1, 300, 1)] = kVisible;
+  const Visibility v = visibility(cells, kSteep);
+  const VisibilityAhead ahead(v);
+  for (std::int64_t m = 0; m < 700; ++m) {
+    EXPECT_EQ(ahead.distance(0)[cells.offset(0, m, 0)],
+              m <= 300 ? std::min<std::int64_t>(255, std::max<std::int64_t>(300 - m, 1)) : 255)
+        << m;
+    EXPECT_EQ(ahead.distance(7)[cells.offset(1, m, 2)],
+              m >= 300 ? std::min<std::int64_t>(255, std::max<std::int64_t>(m - 300, 1)) : 255)
+        << m;
+  }
+}
+
 TEST(Visibility, DistanceEndsAt255AndDoesNotWrap) {
   const Dims long_in[] = {{700, 3, 2}, {3, 700, 2}, {2, 3, 700}};
   for (int axis = 0; axis < 3; ++axis) {
