@@ -61,6 +61,11 @@ void add_raycast(CLI::App& app, RaycastOptions& o) {
   app.add_option("--step", o.step,
                  "Between samples: world length, or 0.5v for half the smallest spacing [0.5v]")
       ->group(accuracy);
+  app.add_option("--step-tolerance", o.render.step_tolerance,
+                 "Trapezoid: --step is the longest, down to a 16th of it where a segment would change the pixel by "
+                 "more than this, on the colour scale [0: steps all the same]")
+      ->check(check_non_negative)
+      ->group(accuracy);
   app.add_option("--epsilon", o.epsilon,
                  "Index auto: optical depth of a standard step (--step) below which a detail does not count")
       ->check(check_non_negative)
