@@ -131,7 +131,7 @@ PacketScene::PacketScene(const PacketVolume& volume, const Scene& scene, const R
   if (index && options.quadrature == Quadrature::split) {
     throw Error("quadrature split goes from cell to cell and takes no index");
   }
-  if (options.step_tolerance > 0) require_adaptive_steps_can_be(scene, options, index != nullptr);
+  if (options.step_tolerance > 0) require_adaptive_steps_can_be(scene, index != nullptr);
   const RenderOptions stepped = packet_steps(options, volume.original().geometry());
   if (!volume.fits() || !is_covered(volume.original(), scene, stepped)) return;
   const Dims& dims = volume.native().geometry().dims;

@@ -11,9 +11,10 @@
 HWY_BEFORE_NAMESPACE();
 namespace vol::render::HWY_NAMESPACE {
 
-/// Trapezoids of adaptive length (step_control.h): a lane takes two steps at once, each of 1 to kLongestHop nodes of
-/// the lattice of the shortest step. Every lane has steps of its own, so that what it samples does not depend on its
-/// neighbours; both nodes are sampled before what they add is passed, so that neither waits for the other.
+/// Trapezoids of adaptive length (step_control.h): a lane takes two steps at once, each of 1 to kLongestHop
+/// nodes of the lattice of the shortest step. Every lane has steps of its own, so that what it samples does
+/// not depend on its neighbours; both nodes are sampled before what they add is passed, so that neither waits
+/// for the other.
 template <PacketVoxels kVoxels, int kChannels>
 class Embedded : private Composite<kVoxels, true, kChannels> {
   using Base = Composite<kVoxels, true, kChannels>;
@@ -99,8 +100,12 @@ class Embedded : private Composite<kVoxels, true, kChannels> {
     const auto part = [&](I p) HWY_ATTR {
       return hn::IfThenElseZero(m, hn::And(hn::Shl(p, level), constant_i(0x7fffffff)));
     };
-    return {whole(step_.whole0, step_.part0), whole(step_.whole1, step_.part1), whole(step_.whole2, step_.part2),
-            part(step_.part0), part(step_.part1), part(step_.part2)};
+    return {whole(step_.whole0, step_.part0),
+            whole(step_.whole1, step_.part1),
+            whole(step_.whole2, step_.part2),
+            part(step_.part0),
+            part(step_.part1),
+            part(step_.part2)};
   }
 
   /// Two steps of every active lane; returns those that were passed.
@@ -149,11 +154,13 @@ class Embedded : private Composite<kVoxels, true, kChannels> {
     return passed;
   }
 
-  /// Lanes at a transparent node in an invisible macrocell go to the last node before the first that may be visible.
+  /// Lanes at a transparent node in an invisible macrocell go to the last node before the first that may be
+  /// visible.
   HWY_INLINE void leap(MI arrived) {
     const DI d;
-    const MI able = hn::And(hn::And(arrived, alive_),
-                            hn::And(hn::Lt(path_.node, last_), int_mask(hn::Eq(path_.left.y, constant(0.0F)))));
+    const MI able =
+        hn::And(hn::And(arrived, alive_),
+                hn::And(hn::Lt(path_.node, last_), int_mask(hn::Eq(path_.left.y, constant(0.0F)))));
     if (hn::AllFalse(d, able)) return;
     const I distance = hn::IfThenElseZero(able, visible_distance(job_, path_.position));
     if (!hn::AllFalse(d, hn::Gt(distance, hn::Zero(d)))) leap_on(distance);

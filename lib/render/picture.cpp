@@ -78,6 +78,9 @@ void require_valid(const RenderOptions& options) {
   if (!(options.step_tolerance >= 0) || !std::isfinite(options.step_tolerance)) {
     throw Error("step tolerance is not a number >= 0");
   }
+  if (options.step_tolerance > 0 && options.quadrature != Quadrature::trapezoid) {
+    throw Error("step tolerance: trapezoid is the quadrature that has steps of adaptive length");
+  }
   if (options.nodes < 1 || options.nodes > 3) throw Error("split takes 1, 2 or 3 Gauss nodes a piece");
   if (!(options.tolerance > 0) || !std::isfinite(options.tolerance)) {
     throw Error("tolerance is not a positive number");
@@ -94,9 +97,9 @@ void require_valid(const RenderOptions& options) {
   }
 }
 
-void require_adaptive_steps_can_be(const Scene& scene, const RenderOptions& options, bool index) {
-  if (scene.model != Model::composite || options.quadrature != Quadrature::trapezoid) {
-    throw Error("step tolerance: the model composite and the quadrature trapezoid alone have steps of adaptive length");
+void require_adaptive_steps_can_be(const Scene& scene, bool index) {
+  if (scene.model != Model::composite) {
+    throw Error("step tolerance: composite is the model that has steps of adaptive length");
   }
   if (index) throw Error("step tolerance: an index chooses steps already");
 }

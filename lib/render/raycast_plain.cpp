@@ -181,7 +181,8 @@ class CompositeRay {
     if (visit.node.opacity > 0) light(visit);
   }
 
-  /// The last node before the first that may be visible, or `last` where none is; `node` where it may be itself.
+  /// The last node before the first that may be visible, or `last` where none is; `node` where it may be
+  /// itself.
   [[nodiscard]] std::int64_t before_what_is_visible(std::int64_t node, std::int64_t last) const {
     if (!visit(node).invisible) return node;
     while (node < last && visit(node).invisible) ++node;
@@ -189,7 +190,8 @@ class CompositeRay {
   }
 
   /// h/2 max(|s0 - 2 s1 + s2|, |s0 c0 - 2 s1 c1 + s2 c2|), s extinctions; opaque ones count as finite.
-  [[nodiscard]] double trapezoids_differ(const Node& left, const Node& middle, const Node& right, double h) const {
+  [[nodiscard]] double trapezoids_differ(const Node& left, const Node& middle, const Node& right,
+                                         double h) const {
     constexpr double kMost = 1e30;
     const auto extinction = [&](const Node& n) { return std::min(-std::log1p(-n.opacity), kMost); };
     const auto emission = [&](const Node& n) -> Vec3 { return extinction(n) * n.lit(n.colour); };
@@ -335,7 +337,7 @@ std::shared_ptr<const Context> complete(Context context, const Scene& scene, dou
     throw Error("quadratures split and reference have no steps to cast by; call raycast_reference");
   }
   if (context.options.step_tolerance > 0) {
-    require_adaptive_steps_can_be(scene, context.options, context.index != nullptr);
+    require_adaptive_steps_can_be(scene, context.index != nullptr);
     context.options.step /= kLongestHop;  // the walk's nodes
   }
   if (scene.model == Model::composite) {
