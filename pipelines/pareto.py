@@ -14,10 +14,11 @@ import sweep
 
 
 def families(asked):
-    """(name, entry) of every family of settings: a method is one or a list of them."""
+    """(name, entry) of every family of settings that is asked for: a method is one or a list of them."""
     for name, entry in asked["methods"].items():
         for family in entry if isinstance(entry, list) else [entry]:
-            yield name, family
+            if name in asked.get("of_methods", [name]) and family.get("only_size", asked.get("size")) == asked.get("size"):
+                yield name, family
 
 
 def curves(method):
@@ -36,9 +37,9 @@ def setting_of(method, name, values):
     return " ".join(text.split())
 
 
-def accuracy_pass(caster, settings, dataset, log):
+def accuracy_pass(caster, settings, asked, dataset, log):
     """Every setting of every curve, once; a ladder ends where finer settings answer no question."""
-    asked, out = settings["sweep"], pathlib.Path(settings["out"])
+    out = pathlib.Path(settings["out"])
     known = raycaster.known_options(caster.bin)
     runs = []
     for name, method in families(asked):
@@ -114,15 +115,15 @@ def main():
     parser.add_argument("-o", "--output", required=True)
     arguments = parser.parse_args()
     settings = json.loads(pathlib.Path(arguments.settings).read_text())
-    dataset = arguments.group.split("/")[0]
+    dataset, asked = arguments.group.split("/")[0], sweep.of_group(settings["sweep"], arguments.group)
     caster = raycaster.Raycaster(arguments.bin, raycaster.volume_at(settings, dataset), sweep.scene(arguments.group),
-                                 settings["sweep"]["size"], arguments.truth,
+                                 asked["size"], arguments.truth,
                                  pathlib.Path(settings["out"]) / "pictures" / arguments.group)
     log = lambda text: rounds.say(f"{arguments.group}: {text}")  # noqa: E731
     if arguments.runs:
-        found = time_them(caster, settings["sweep"], json.loads(pathlib.Path(arguments.runs).read_text()), log)
+        found = time_them(caster, asked, json.loads(pathlib.Path(arguments.runs).read_text()), log)
     else:
-        found = accuracy_pass(caster, settings, dataset, log)
+        found = accuracy_pass(caster, settings, asked, dataset, log)
     pathlib.Path(arguments.output).write_text(json.dumps(found, indent=1))
 
 

@@ -19,7 +19,7 @@ rule accuracy:
         truth=f"{OUT}/truth/{{group}}/reference.exr",
         coefficients=lambda w: coefficients_of(w.group.split("/")[0])
     output: f"{OUT}/accuracy/{{group}}.json"
-    params: methods=SWEEP["methods"], targets=SWEEP["targets"]
+    params: asked=lambda w: [sweep.of_group(SWEEP, w.group).get(key) for key in ("methods", "of_methods", "targets")]
     threads: ALL_CORES
     shell: "{PYTHON} -B pipelines/pareto.py {SETTINGS} {wildcards.group} --bin {BIN} --truth {input.truth} -o {output}"
 

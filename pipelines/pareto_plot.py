@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import records  # noqa: E402
 
 STYLES = {"uniform": ("0.35", "-", "o"), "blind": ("tab:brown", ":", "x"), "index": ("tab:blue", "-", "D"),
-          "split": ("tab:red", "-", "P"), "refined": ("tab:green", "-", "s"),
+          "adaptive": ("tab:orange", "-", "^"), "split": ("tab:red", "-", "P"), "refined": ("tab:green", "-", "s"),
           "max-error": ("tab:purple", "--", "v")}
 FLOOR = 1e-10  # what is drawn of an error of 0
 
@@ -34,13 +34,13 @@ def main():
     parser.add_argument("-o", "--output", required=True, help="folder")
     arguments = parser.parse_args()
     table = records.read_csv(arguments.table)
-    groups = list(dict.fromkeys((row["dataset"], row["scene"]) for row in table))
+    groups = list(dict.fromkeys((row["dataset"], row["scene"], row["size"]) for row in table))
     columns = min(4, len(groups))
     lines = math.ceil(len(groups) / columns)
     figure, grid = plt.subplots(lines, columns, figsize=(4.2 * columns, 3.4 * lines), squeeze=False, constrained_layout=True)
     handles = {}
     for axes, group in zip(grid.flat, groups):
-        rows = [row for row in table if (row["dataset"], row["scene"]) == group]
+        rows = [row for row in table if (row["dataset"], row["scene"], row["size"]) == group]
         for method in dict.fromkeys(row["method"] for row in rows):
             colour, dash, mark = STYLES.get(method, ("k", "-", "."))
             handles[method], = axes.loglog(*zip(*front(r for r in rows if r["method"] == method)), color=colour,

@@ -9,11 +9,12 @@ import statistics
 
 import records
 import rounds
+import sweep
 
 COLUMNS = ["dataset", "scene", "size", "method", "setting", "samples", "mse", "max_error", "time_s", "index_s"]
 
 EXPLANATION = """\
-Pictures of {size} pixels; truth: the adaptive reference integral. MSE on the byte scale, largest error on the colour scale 0..1.
+Pictures of {truths}; truth: the adaptive reference integral, to the tolerance given. MSE on the byte scale, largest error on the colour scale 0..1.
 The first pass renders every setting once, for its error, on all cores. Of it the {screened} fastest at each error, of uniform sampling and of the rest,
 are timed again, {screenings} times, at each number of threads, and the fastest of each kind once more, in {rounds} interleaved rounds: no setting
 is chosen for the luck that it is measured with. *Ratio*: time of the best uniform setting over that of the best other setting,
@@ -47,7 +48,7 @@ def equal_error(swept, groups):
     for group, (runs, timed) in groups.items():
         by_setting = {r["setting"]: r for r in runs}
         for threads, times in timed.items():
-            for target in swept["targets"]:
+            for target in sweep.of_group(swept, group)["targets"]:
                 uniform, other = (best(times, by_setting, b, target) for b in (True, False))
                 measured = [times[s]["rounds"] if s else [math.nan] for s in (uniform, other)]
                 ratio = rounds.ratio(*measured) if uniform and other else None
@@ -66,16 +67,27 @@ def equal_error_table(rows):
     return markdown(["scene", "MSE at most", "threads", "uniform", "ms", "other", "ms", "ratio", "index, ms", "ratio with it"], lines)
 
 
-def summary(swept, rows):
-    """Over all scenes, for each target and thread count: median ratio, and how many are slower and 1.5 times as fast."""
+def summary(rows):
+    """Over all scenes, without shading and with it, for each target and thread count: median ratio, and how many are slower
+    and 1.5 times as fast."""
     lines = []
-    for threads in dict.fromkeys(r["threads"] for r in rows):
-        for target in swept["targets"]:
-            found = [r["ratio"] for r in rows if (r["threads"], r["target"]) == (threads, target) and r["ratio"]]
+    for threads, target in dict.fromkeys((r["threads"], r["target"]) for r in rows):
+        for shaded in (False, True):
+            found = [r["ratio"] for r in rows if (r["threads"], r["target"]) == (threads, target) and r["ratio"]
+                     and r["group"].partition("@")[0].endswith("-shaded") == shaded]
             if found:
-                lines.append([f"{target:g}", threads, len(found), f"{statistics.median(f[0] for f in found):.2f}",
+                lines.append([f"{target:g}", threads, "on" if shaded else "off", len(found), f"{statistics.median(f[0] for f in found):.2f}",
                               sum(f[2] < 1 for f in found), sum(f[0] >= 1.5 for f in found)])
-    return markdown(["MSE at most", "threads", "scenes", "median ratio", "slower", "1.5 times as fast"], lines)
+    return markdown(["MSE at most", "threads", "shading", "scenes", "median ratio", "slower", "1.5 times as fast"], lines)
+
+
+def sizes(swept):
+    return [swept["size"], *swept.get("sizes", {})]
+
+
+def truths(swept):
+    """The sizes and what their truths' tolerances are."""
+    return " and ".join(f"{size} pixels ({swept.get('sizes', {}).get(size, swept)['tolerance']})" for size in sizes(swept))
 
 
 def slope(coarse, fine, x):
@@ -115,13 +127,14 @@ def bounds(swept, groups):
     return markdown(["scene", "bound", "largest error", "kept", "ms"], lines) if lines else ""
 
 
-def write_csv(path, size, groups):
+def write_csv(path, swept, groups):
     with open(path, "w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
         for group, (runs, _) in groups.items():
             for r in runs:
-                writer.writerow([*group.split("/"), size, r["method"], r["setting"], r["samples"], f"{r['mse']:.6g}",
+                dataset, scene = group.partition("@")[0].split("/")
+                writer.writerow([dataset, scene, sweep.of_group(swept, group)["size"], r["method"], r["setting"], r["samples"], f"{r['mse']:.6g}",
                                  f"{r['max_error']:.6g}", f"{r['seconds']:.4g}", records.number(r["index_s"], 4)])
 
 
@@ -135,17 +148,19 @@ def main():
         return swept["rounds"] and swept["datasets"][group.split("/")[0]].get("timed", True)
     groups = {g: (load(out / "accuracy" / f"{g}.json"), load(out / "times" / f"{g}.json") if timed(g) else {})
               for g in settings["groups"]}
-    write_csv(arguments.csv, swept["size"], groups)
+    write_csv(arguments.csv, swept, groups)
     stats = load(out / "truth" / settings["groups"][0] / "reference.json")
     host = f"{stats['host']['cpu']}, {stats['host']['threads']} threads, {stats['host']['simd']}, commit {stats['commit']}"
-    text = "# Error against time\n\n" + EXPLANATION.format(host=host, **swept)
-    rows = list(equal_error(swept, groups))
-    if rows:
-        text += "\n## All scenes\n\n" + summary(swept, rows) + "\n## Fastest at equal error\n\n" + equal_error_table(rows)
+    text = "# Error against time\n\n" + EXPLANATION.format(host=host, truths=truths(swept), **swept)
+    for size in sizes(swept):
+        at = {g: found for g, found in groups.items() if sweep.of_group(swept, g)["size"] == size}
+        if rows := list(equal_error(swept, at)):
+            text += (f"\n## {size}: all scenes\n\n" + summary(rows) + f"\n## {size}: fastest at equal error\n\n" + equal_error_table(rows))
+    main_size = {g: found for g, found in groups.items() if "@" not in g}
     text += ("\n## Order of convergence\n\nSlope of log RMSE over log step (median between steps of 1 voxel and below), and of the split"
              " quadrature its RMSE\n(byte scale) at 1, 2 and 3 Gauss nodes with the slope in the number of nodes. Shading jumps at"
-             " the faces of cells,\nwhere the gradient does: steps that do not know the faces are of order 1 there.\n\n" + slopes(groups))
-    if guaranteed := bounds(swept, groups):
+             " the faces of cells,\nwhere the gradient does: steps that do not know the faces are of order 1 there.\n\n" + slopes(main_size))
+    if guaranteed := bounds(swept, main_size):
         text += "\n## --max-error\n\nTimes of the first pass, one run each.\n\n" + guaranteed
     pathlib.Path(arguments.markdown).write_text(text)
 

@@ -61,6 +61,12 @@ void add_raycast(CLI::App& app, RaycastOptions& o) {
   app.add_option("--step", o.step,
                  "Between samples: world length, or 0.5v for half the smallest spacing [0.5v]")
       ->group(accuracy);
+  app.add_option(
+         "--step-tolerance", o.render.step_tolerance,
+         "Trapezoid: --step is the longest, down to a 16th of it where a segment would change the pixel by "
+         "more than this, on the colour scale [0: steps all the same]")
+      ->check(check_non_negative)
+      ->group(accuracy);
   app.add_option("--epsilon", o.epsilon,
                  "Index auto: optical depth of a standard step (--step) below which a detail does not count")
       ->check(check_non_negative)
@@ -102,9 +108,9 @@ void add_raycast(CLI::App& app, RaycastOptions& o) {
       ->check(check_non_negative)
       ->capture_default_str()
       ->group(accuracy);
-  for (const char* chosen : {"--quadrature", "--nodes", "--step", "--tolerance", "--termination",
-                             "--image-step", "--image-tolerance", "--index", "--epsilon", "--index-reduction",
-                             "--isovalue", "--mesh", "--labels"}) {
+  for (const char* chosen : {"--quadrature", "--nodes", "--step", "--step-tolerance", "--tolerance",
+                             "--termination", "--image-step", "--image-tolerance", "--index", "--epsilon",
+                             "--index-reduction", "--isovalue", "--mesh", "--labels"}) {
     max_error->excludes(app.get_option(chosen));
   }
   app.add_flag("--no-skip", o.no_skip, "Sample also what the transfer function makes invisible")

@@ -13,6 +13,7 @@
 #include "render/packet_set_up.h"
 #include "render/packet_transfer.h"
 #include "render/picture.h"
+#include "render/step_control.h"
 #include "render/visibility.h"
 #include "volume/grid_sampler.h"
 
@@ -89,6 +90,7 @@ RenderResult otherwise(const volume::Volume& volume, const Scene& scene, RenderO
 /// voxels.
 RenderOptions packet_steps(RenderOptions options, const volume::GridGeometry& geometry) {
   if (options.quadrature == Quadrature::split) options.step = geometry.spacing.minCoeff();
+  if (options.step_tolerance > 0) options.step /= kLongestHop;
   return options;
 }
 
@@ -131,6 +133,7 @@ PacketScene::PacketScene(const PacketVolume& volume, const Scene& scene, const R
   if (index && options.quadrature == Quadrature::split) {
     throw Error("quadrature split goes from cell to cell and takes no index");
   }
+  if (options.step_tolerance > 0) require_adaptive_steps_can_be(scene, index != nullptr);
   const RenderOptions stepped = packet_steps(options, volume.original().geometry());
   if (!volume.fits() || !is_covered(volume.original(), scene, stepped)) return;
   const Dims& dims = volume.native().geometry().dims;
@@ -166,6 +169,10 @@ bool PacketScene::set_tables(const RenderOptions& options, Tables& tables) const
   job.nodes = options.nodes;
   job.termination = static_cast<float>(options.termination);
   if (index_) set_index(*index_, job);
+  if (options.step_tolerance > 0) {
+    job.step_tolerance = static_cast<float>(options.step_tolerance);
+    job.longest_hop = kLongestHop;
+  }
   if (scene_.model != Model::composite) return true;
 
   const index::Macrocells& macrocells = volume_.macrocells();

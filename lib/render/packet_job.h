@@ -65,6 +65,7 @@ struct PacketJob {
   PacketRule rule = PacketRule::rectangle;
   int nodes = 3;  ///< split: Gauss nodes a piece, 1 to 3
   float termination = 0;
+  float step_tolerance = 0;  ///< trapezoid: of steps of adaptive length (step_control.h); 0: all the same
   // Split, adaptive: the error that a ray's pieces may make together (0: fixed pieces), and what errors of a
   // piece's emitted light and opacity count in a pixel.
   float budget = 0, error_emitted = 0, error_alpha = 0;
@@ -124,6 +125,7 @@ struct PacketPixels {
 void cast_composite(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 void cast_split(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 void cast_adaptive(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
+void cast_embedded(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 void cast_xray(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 void cast_mip(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 

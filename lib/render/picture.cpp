@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "render/refinement.h"
+#include "render/step_control.h"
 
 namespace vol::render {
 namespace {
@@ -75,6 +76,12 @@ Partial paint(const Painter& painter, std::span<const PixelPosition> pixels) {
 void require_valid(const RenderOptions& options) {
   if (options.width < 1 || options.height < 1) throw Error("image size is below 1 x 1");
   if (!(options.step > 0) || !std::isfinite(options.step)) throw Error("step is not a positive number");
+  if (!(options.step_tolerance >= 0) || !std::isfinite(options.step_tolerance)) {
+    throw Error("step tolerance is not a number >= 0");
+  }
+  if (options.step_tolerance > 0 && options.quadrature != Quadrature::trapezoid) {
+    throw Error("step tolerance: trapezoid is the quadrature that has steps of adaptive length");
+  }
   if (options.nodes < 1 || options.nodes > 3) throw Error("split takes 1, 2 or 3 Gauss nodes a piece");
   if (!(options.tolerance > 0) || !std::isfinite(options.tolerance)) {
     throw Error("tolerance is not a positive number");
@@ -89,6 +96,13 @@ void require_valid(const RenderOptions& options) {
   if (!(options.termination >= 0 && options.termination < 1)) {
     throw Error("termination: a transmittance in [0, 1) is expected");
   }
+}
+
+void require_adaptive_steps_can_be(const Scene& scene, bool index) {
+  if (scene.model != Model::composite) {
+    throw Error("step tolerance: composite is the model that has steps of adaptive length");
+  }
+  if (index) throw Error("step tolerance: an index chooses steps already");
 }
 
 double resolved_reference_length(const Scene& scene, double smallest_spacing) {

@@ -10,6 +10,7 @@
 #include "render/picture.h"
 #include "render/quadrature.h"
 #include "render/raycast.h"
+#include "render/step_control.h"
 #include "render/visibility.h"
 #include "volume/grid_sampler.h"
 
@@ -83,8 +84,8 @@ class CompositeRay {
       : context_(context), walk_(walk), direction_(direction), counts_(counts) {}
 
   void cast(Beam& beam) {
-    Pixel& pixel = beam.pixel;
-    double& transmittance = beam.transmittance;
+    if (context_.options.step_tolerance > 0) return cast_adaptive(beam);
+    const double& transmittance = beam.transmittance;
     Visit left = visit(0);
     while (left.number < walk_.last() && !(transmittance <= context_.options.termination)) {
       const std::int64_t next = after_empty_space(left);
@@ -92,15 +93,7 @@ class CompositeRay {
       const bool visible = prepare(left, right);
       const double t0 = walk_.t(left.number);
       const double h = walk_.t(right.number) - t0;
-      const Segment segment = visible ? rule(left.node, right.node, h) : Segment{};
-      const double behind = transmittance * segment.transmittance;
-      if (transmittance > 0.5 && behind <= 0.5) {
-        const double fraction = std::log(2 * transmittance) / segment.optical_depth;
-        pixel.depth = t0 + h * std::clamp(fraction, 0.0, 1.0);
-      }
-      pixel.colour += transmittance * segment.emission;
-      pixel.alpha += transmittance * segment.alpha;
-      transmittance = behind;
+      pass(visible ? rule(left.node, right.node, h) : Segment{}, t0, h, beam);
       if (!left.sampled) ++counts_.skipped;
       left = right;
     }
@@ -119,6 +112,94 @@ class CompositeRay {
     bool sampled = false;
     bool lit = false;
   };
+
+  /// A segment of length h from t0 on.
+  static void pass(const Segment& segment, double t0, double h, Beam& beam) {
+    double& transmittance = beam.transmittance;
+    const double behind = transmittance * segment.transmittance;
+    if (transmittance > 0.5 && behind <= 0.5) {
+      const double fraction = std::log(2 * transmittance) / segment.optical_depth;
+      beam.pixel.depth = t0 + h * std::clamp(fraction, 0.0, 1.0);
+    }
+    beam.pixel.colour += transmittance * segment.emission;
+    beam.pixel.alpha += transmittance * segment.alpha;
+    transmittance = behind;
+  }
+
+  /// Steps of adaptive length (step_control.h); the walk's nodes are those of the shortest step.
+  void cast_adaptive(Beam& beam) {
+    const double& transmittance = beam.transmittance;
+    const std::int64_t last = walk_.last() - 1;  // of the lattice; behind it is the ray's short end
+    Visit left = visit(0);
+    look(left);
+    if (!left.sampled) ++counts_.skipped;
+    std::int64_t hop = kLongestHop;
+    for (bool arrived = true; !(transmittance <= context_.options.termination);) {
+      if (arrived && left.number < last && left.node.opacity == 0) {
+        const std::int64_t node = before_what_is_visible(left.number, last);
+        if (node > left.number) hop = kLongestHop;
+        counts_.skipped += node - left.number;
+        left.number = node;
+      }
+      if (left.number + 2 > last) break;
+      while (left.number + 2 * hop > last) hop /= 2;
+      Visit middle{left.number + hop}, right{left.number + 2 * hop};
+      look(middle);
+      look(right);
+      const double t0 = walk_.t(left.number), t1 = walk_.t(middle.number), t2 = walk_.t(right.number);
+      const double difference =
+          transmittance * trapezoids_differ(left.node, middle.node, right.node, t1 - t0);
+      arrived = difference <= context_.options.step_tolerance || hop == 1;
+      if (arrived) {
+        pass(trapezoid(left.node, middle.node, t1 - t0, *context_.optics), t0, t1 - t0, beam);
+        pass(trapezoid(middle.node, right.node, t2 - t1, *context_.optics), t1, t2 - t1, beam);
+        left = right;
+        const bool grows = difference <= kGrowBelow * context_.options.step_tolerance;
+        if (grows) hop = std::min<std::int64_t>(2 * hop, kLongestHop);
+      } else {
+        hop /= 2;
+      }
+    }
+    if (transmittance <= context_.options.termination) {
+      ++counts_.terminated;
+      return;
+    }
+    Visit end = visit(walk_.last());
+    if (end.invisible && left.node.opacity == 0) {
+      ++counts_.skipped;
+      return;
+    }
+    end.invisible = false;
+    look(end);
+    const double t0 = walk_.t(left.number);
+    const double h = walk_.t(end.number) - t0;
+    pass(trapezoid(left.node, end.node, h, *context_.optics), t0, h, beam);
+  }
+
+  void look(Visit& visit) {
+    if (!visit.invisible) sample(visit);
+    if (visit.node.opacity > 0) light(visit);
+  }
+
+  /// The last node before the first that may be visible, or `last` where none is; `node` where it may be
+  /// itself.
+  [[nodiscard]] std::int64_t before_what_is_visible(std::int64_t node, std::int64_t last) const {
+    if (!visit(node).invisible) return node;
+    while (node < last && visit(node).invisible) ++node;
+    return visit(node).invisible ? node : node - 1;
+  }
+
+  /// h/2 max(|s0 - 2 s1 + s2|, |s0 c0 - 2 s1 c1 + s2 c2|), s extinctions; opaque ones count as finite.
+  [[nodiscard]] double trapezoids_differ(const Node& left, const Node& middle, const Node& right,
+                                         double h) const {
+    constexpr double kMost = 1e30;
+    const auto extinction = [&](const Node& n) { return std::min(-std::log1p(-n.opacity), kMost); };
+    const auto emission = [&](const Node& n) -> Vec3 { return extinction(n) * n.lit(n.colour); };
+    const double absorbed = extinction(left) - 2 * extinction(middle) + extinction(right);
+    const Vec3 emitted = emission(left) - 2 * emission(middle) + emission(right);
+    return 0.5 * h / context_.optics->reference_length() *
+           std::max(std::abs(absorbed), emitted.cwiseAbs().maxCoeff());
+  }
 
   [[nodiscard]] Quadrature kind() const { return context_.options.quadrature; }
   [[nodiscard]] const transfer::TransferFunction& transfer() const { return context_.optics->transfer(); }
@@ -254,6 +335,10 @@ std::shared_ptr<const Context> complete(Context context, const Scene& scene, dou
   require_valid(context.options);
   if (context.options.quadrature >= Quadrature::split) {
     throw Error("quadratures split and reference have no steps to cast by; call raycast_reference");
+  }
+  if (context.options.step_tolerance > 0) {
+    require_adaptive_steps_can_be(scene, context.index != nullptr);
+    context.options.step /= kLongestHop;  // the walk's nodes
   }
   if (scene.model == Model::composite) {
     context.optics.emplace(scene.transfer, resolved_reference_length(scene, smallest_spacing));

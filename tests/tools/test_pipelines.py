@@ -148,6 +148,22 @@ class Pareto(unittest.TestCase):
         self.assertEqual((row["uniform"], row["other"], row["ratio"], row["build_ms"]), (None, None, None, None))
         self.assertIn("none reaches it", pareto_table.equal_error_table([row]))
 
+    def test_another_size_is_asked_for_what_stands_under_it(self):
+        asked = {"size": "2x2", "targets": [1, 2], "tolerance": 3, "datasets": {"a": {"scenes": ["s", "t"]}, "b": {"scenes": ["s"]}},
+                 "sizes": {"4x4": {"targets": [1], "only": ["a"], "scenes": ["s"], "of_methods": ["n"]}},
+                 "methods": {"m": {"render": "m"}, "n": [{"render": "n"}, {"render": "o", "only_size": "2x2"}]}}
+        self.assertEqual(sweep.groups(asked, ["a", "b"]), ["a/s", "a/t", "b/s", "a/s@4x4"])
+        self.assertIs(sweep.of_group(asked, "a/t"), asked)
+        there = sweep.of_group(asked, "a/s@4x4")
+        self.assertEqual((there["size"], there["targets"], there["tolerance"]), ("4x4", [1], 3))
+        self.assertEqual(sweep.scene("a/s@4x4"), sweep.scene("a/s"))
+        self.assertEqual([family["render"] for _, family in pareto.families(asked)], ["m", "n", "o"])
+        self.assertEqual([family["render"] for _, family in pareto.families(there)], ["n"])
+        runs = [{"setting": s, "method": s, "baseline": s == "u", "mse": 1, "index_s": None} for s in "uo"]
+        times = {"2": {s: {"screened": 1, "rounds": [1] * 9} for s in "uo"}}
+        rows = list(pareto_table.equal_error(asked, {"a/s@4x4": (runs, times)}))
+        self.assertEqual([row["target"] for row in rows], [1])
+
     def test_whole_sweep_has_no_setting_twice(self):
         asked = yaml.safe_load((ROOT / "pipelines/pareto.yaml").read_text())
         named = [pareto.setting_of(family, name, values | {rung: value}) for name, family in pareto.families(asked)

@@ -1,0 +1,201 @@
+// Included once per instruction set by packet_embedded_kernel.cpp.
+#if defined(VOL_RENDER_PACKET_EMBEDDED_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef VOL_RENDER_PACKET_EMBEDDED_INL_H_
+#undef VOL_RENDER_PACKET_EMBEDDED_INL_H_
+#else
+#define VOL_RENDER_PACKET_EMBEDDED_INL_H_
+#endif
+
+#include "render/packet_composite-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace vol::render::HWY_NAMESPACE {
+
+/// Trapezoids of adaptive length (step_control.h): a lane takes two steps at once, each of 1 to kLongestHop
+/// nodes of the lattice of the shortest step. Every lane has steps of its own, so that what it samples does
+/// not depend on its neighbours; both nodes are sampled before what they add is passed, so that neither waits
+/// for the other.
+template <PacketVoxels kVoxels, int kChannels>
+class Embedded : private Composite<kVoxels, true, kChannels> {
+  using Base = Composite<kVoxels, true, kChannels>;
+  using Base::alive_, Base::fresh_, Base::job_, Base::leaps_, Base::path_, Base::remainder_, Base::samples_,
+      Base::segments_, Base::skipped_, Base::step_, Base::stops_;
+
+ public:
+  Embedded(const PacketJob& job, const PacketRays& rays)
+      : Base(job, rays), last_(hn::Sub(segments_, constant_i(1))), level_(constant_i(kHalvings)) {}
+
+  void cast(PacketPixels& pixels) {
+    open();
+    MI arrived = alive_;
+    for (;;) {
+      if (job_.distances) leap(arrived);
+      const MI active = hn::And(alive_, hn::Lt(hn::Add(path_.node, constant_i(1)), last_));
+      if (hn::AllFalse(DI(), active)) break;
+      arrived = try_pair(active);
+      if (stops_) this->stop();
+    }
+    // What is left is shorter than two of the shortest steps and one more.
+    remainder_ = hn::Add(remainder_, to_float(hn::Sub(last_, path_.node)));
+    this->finish();
+    this->store(pixels);
+  }
+
+ private:
+  /// The first node, where it may be visible.
+  HWY_INLINE void open() {
+    MI seen = alive_;
+    if (job_.distances) seen = hn::And(seen, hn::Eq(visible_distance(job_, path_.position), hn::Zero(DI())));
+    fresh_ = hn::Lt(alive_ones(), hn::Zero(DI()));  // none: all have a left node now
+    skipped_ = hn::Add(skipped_, hn::Sub(alive_ones(), ones(seen)));
+    if (hn::AllFalse(DI(), seen)) return;
+    const Lights<kChannels> node = this->sample(path_.position);
+    if (job_.shaded) this->count_gradients(node, seen, path_.transmittance);
+    samples_ = hn::Add(samples_, ones(seen));
+    keep(node, seen);
+  }
+
+  static HWY_INLINE I ones(MI m) { return hn::IfThenElseZero(m, constant_i(1)); }
+  HWY_INLINE I alive_ones() const { return ones(alive_); }
+
+  /// `node` is the left node of the next segment, for the lanes of `m`.
+  HWY_INLINE void keep(const Lights<kChannels>& node, MI m) {
+    const M f = float_mask(m);
+    path_.left.y = hn::IfThenElse(f, node.y, path_.left.y);
+    for (int c = 0; c < kChannels; ++c) {
+      path_.left.yq[c] = hn::IfThenElse(f, node.yq[c], path_.left.yq[c]);
+    }
+  }
+
+  /// By how much two trapezoids `hop` nodes long differ, in the pixel, from one over both.
+  HWY_INLINE F difference(const Lights<kChannels>& middle, const Lights<kChannels>& right, F hop) const {
+    const Lights<kChannels>& left = path_.left;
+    const auto bend = [](F a, F b, F c) HWY_ATTR { return hn::Sub(hn::Add(a, c), hn::Add(b, b)); };
+    const F y = bend(left.y, middle.y, right.y);
+    F most = hn::Abs(y);
+    for (int c = 0; c < kChannels; ++c) {
+      const F yq = bend(left.yq[c], middle.yq[c], right.yq[c]);
+      if constexpr (kChannels == 1) {
+        for (int k = 0; k < 3; ++k) {  // the colour is one line in q
+          const F emitted = hn::MulAdd(constant(job_.transfer.colour1[k]), yq,
+                                       hn::Mul(constant(job_.transfer.colour0[k]), y));
+          most = hn::Max(most, hn::Abs(emitted));
+        }
+      } else {
+        most = hn::Max(most, hn::Abs(yq));
+      }
+    }
+    constexpr float kLn2 = 0.693147181F;
+    return hn::Mul(hn::Mul(constant(kLn2), hop), hn::Mul(path_.transmittance, most));
+  }
+
+  /// `step_` times 2^level, for the lanes of `m`.
+  HWY_INLINE Position hop(I level, MI m) const {
+    const I rest = hn::Sub(constant_i(31), level);
+    const auto whole = [&](I w, I part) HWY_ATTR {
+      const auto bits = hn::BitCast(hn::RebindToUnsigned<DI>(), part);
+      const auto over = hn::Shr(bits, hn::BitCast(hn::RebindToUnsigned<DI>(), rest));
+      return hn::IfThenElseZero(m, hn::Add(hn::Shl(w, level), hn::BitCast(DI(), over)));
+    };
+    const auto part = [&](I p) HWY_ATTR {
+      return hn::IfThenElseZero(m, hn::And(hn::Shl(p, level), constant_i(0x7fffffff)));
+    };
+    return {whole(step_.whole0, step_.part0),
+            whole(step_.whole1, step_.part1),
+            whole(step_.whole2, step_.part2),
+            part(step_.part0),
+            part(step_.part1),
+            part(step_.part2)};
+  }
+
+  /// Two steps of every active lane; returns those that were passed.
+  HWY_INLINE MI try_pair(MI active) {
+    // At the ray's end only as long as there are nodes.
+    for (;;) {
+      const I there = hn::Add(path_.node, hn::Add(power_of_two(level_), power_of_two(level_)));
+      const MI over = hn::And(active, hn::Gt(there, last_));
+      if (HWY_LIKELY(hn::AllFalse(DI(), over))) break;
+      level_ = hn::Sub(level_, ones(over));
+    }
+    const I nodes = hn::IfThenElseZero(active, power_of_two(level_));
+    const F length = to_float(nodes);
+    const Position way = hop(level_, active);
+    Position half = path_.position;
+    advance(half, way);
+    Position whole = half;
+    advance(whole, way);
+    const Lights<kChannels> middle = this->sample(half), right = this->sample(whole);
+    samples_ = hn::Add(samples_, hn::Add(ones(active), ones(active)));
+    if (job_.shaded) {
+      this->count_gradients(middle, active, path_.transmittance);
+      this->count_gradients(right, active, path_.transmittance);
+    }
+    const F made = difference(middle, right, length);
+    const F most = constant(job_.step_tolerance);
+    const MI shortest = hn::Eq(level_, hn::Zero(DI()));
+    const MI passed = hn::And(active, hn::Or(shortest, int_mask(hn::Le(made, most))));
+    const F counted = hn::IfThenElseZero(float_mask(passed), length);
+    auto path = path_;
+    path.left_node = path_.node;
+    path.node = hn::Add(path.node, nodes);
+    this->segment(path, middle, counted);
+    path.node = hn::Add(path.node, nodes);
+    this->segment(path, right, counted);
+    // Segments of length 0 have added nothing.
+    path_.transmittance = path.transmittance;
+    for (int c = 0; c < kChannels; ++c) path_.sum[c] = path.sum[c];
+    path_.node = hn::IfThenElse(passed, path.node, path_.node);
+    path_.left_node = path_.node;
+    path_.position = selected(passed, whole, path_.position);
+    keep(right, passed);
+    const MI grows = hn::And(passed, int_mask(hn::Le(made, hn::Mul(most, constant(kGrowBelow)))));
+    const I level = hn::Sub(hn::Add(level_, ones(grows)), ones(hn::AndNot(passed, active)));
+    level_ = hn::Min(level, constant_i(kHalvings));
+    return passed;
+  }
+
+  /// Lanes at a transparent node in an invisible macrocell go to the last node before the first that may be
+  /// visible.
+  HWY_INLINE void leap(MI arrived) {
+    const DI d;
+    const MI able =
+        hn::And(hn::And(arrived, alive_),
+                hn::And(hn::Lt(path_.node, last_), int_mask(hn::Eq(path_.left.y, constant(0.0F)))));
+    if (hn::AllFalse(d, able)) return;
+    const I distance = hn::IfThenElseZero(able, visible_distance(job_, path_.position));
+    if (!hn::AllFalse(d, hn::Gt(distance, hn::Zero(d)))) leap_on(distance);
+  }
+  HWY_NOINLINE void leap_on(I distance);
+
+  I last_;   // the last node of the lattice
+  I level_;  // log2 of the nodes that the next step is long
+};
+
+template <PacketVoxels kVoxels, int kChannels>
+HWY_NOINLINE void Embedded<kVoxels, kChannels>::leap_on(I distance) {
+  const DI d;
+  const MI leaps = hn::Gt(distance, hn::Zero(d));
+  MI here = leaps;
+  while (!hn::AllFalse(d, here)) {
+    const I room = hn::Sub(last_, path_.node);
+    const I nodes = hn::IfThenElseZero(here, hn::Min(leaps_.nodes_inside(path_.position, distance), room));
+    skipped_ = hn::Add(skipped_, nodes);
+    advance(path_.position, scaled(step_, nodes));
+    path_.node = hn::Add(path_.node, nodes);
+    distance = visible_distance(job_, path_.position);
+    here = hn::And(here, hn::And(hn::Gt(distance, hn::Zero(d)), hn::Lt(path_.node, last_)));
+  }
+  // Not where nothing was found on the way.
+  const MI found = hn::And(leaps, hn::Eq(distance, hn::Zero(d)));
+  retreat(path_.position, masked(step_, found));
+  const I back = hn::IfThenElseZero(found, constant_i(1));
+  path_.node = hn::Sub(path_.node, back);
+  skipped_ = hn::Sub(skipped_, back);
+  path_.left_node = hn::IfThenElse(leaps, path_.node, path_.left_node);
+  level_ = hn::IfThenElse(leaps, constant_i(kHalvings), level_);
+}
+
+}  // namespace vol::render::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,225 @@
+// Steps of adaptive length (step_control.h): packets against the plain caster, and what the tolerance says.
+#include "render/step_control.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "fields.h"
+#include "instruction_sets.h"
+#include "packet_oracle.h"
+#include "volume/grid_sampler.h"
+
+namespace vol::render {
+namespace {
+
+RenderOptions adaptive_options(double tolerance = 0.01, double step = 1.1) {
+  RenderOptions options = packet_options();
+  options.step = step;
+  options.step_tolerance = tolerance;
+  return options;
+}
+
+/// Share of the pixels that differ by more than `most`, or in their samples.
+double share_apart(const image::Image& a, const image::Image& b, double most) {
+  int apart = 0;
+  for (int y = 0; y < a.height; ++y) {
+    for (int x = 0; x < a.width; ++x) {
+      double d = a.at(x, y, kSamples) == b.at(x, y, kSamples) ? 0 : INFINITY;
+      for (int c = 0; c < 4; ++c) d = std::max(d, std::abs(double(a.at(x, y, c)) - b.at(x, y, c)));
+      apart += d > most;
+    }
+  }
+  return apart / double(a.width * a.height);
+}
+
+/// A pair whose estimate is within rounding of the tolerance may be passed by one alone: its pixel is off by
+/// a few tolerances then. All others are as near as packets are.
+void expect_the_same(const RenderResult& plain, const RenderResult& packet, double tolerance,
+                     double largest = 1) {
+  ASSERT_GT(plain.counts.samples, 1000) << "an empty picture tests nothing";
+  ASSERT_EQ(packet.caster, "packets");
+  EXPECT_LE(share_apart(plain.image, packet.image, packet_tolerance(500) * largest), 0.004);
+  EXPECT_LE(difference(plain.image, packet.image).colour, 5 * tolerance);
+  EXPECT_EQ(plain.counts.rays, packet.counts.rays);
+  const auto samples = static_cast<double>(plain.counts.samples);
+  EXPECT_NEAR(samples, static_cast<double>(packet.counts.samples), 1e-3 * samples);
+  EXPECT_NEAR(static_cast<double>(plain.counts.gradients), static_cast<double>(packet.counts.gradients),
+              1e-3 * samples);
+  EXPECT_NEAR(static_cast<double>(plain.counts.terminated), static_cast<double>(packet.counts.terminated), 2);
+}
+
+void expect_oracle_of_steps(const volume::Volume& v, const Scene& scene, RenderOptions options,
+                            double largest = 1) {
+  for (const bool skip : {false, true}) {
+    SCOPED_TRACE(skip);
+    options.skip_empty = skip;
+    expect_the_same(raycast_plain(v, scene, options), raycast_packet(v, scene, options),
+                    options.step_tolerance, largest);
+  }
+}
+
+TEST(StepControl, PacketsAgreeWithTheOracleOnEveryVoxelType) {
+  const RenderOptions options = adaptive_options();
+  expect_oracle_of_steps(packet_volume<std::uint8_t>(255), packet_scene(255), options);
+  expect_oracle_of_steps(packet_volume<std::uint16_t>(60000), packet_scene(60000), options);
+  expect_oracle_of_steps(packet_volume<std::int16_t>(30000, {23, 18, 29}, -25000),
+                         packet_scene(30000, 0.5, -25000), options);
+  expect_oracle_of_steps(packet_volume<float>(1), packet_scene(1), options);
+}
+
+TEST(StepControl, PacketsAgreeForSoftAndDenseTransferFunctionsAndEarlyTermination) {
+  const auto v = packet_volume<std::uint8_t>(255);
+  for (const double tolerance : {0.1, 0.01, 0.001}) {
+    RenderOptions options = adaptive_options(tolerance);
+    expect_oracle_of_steps(v, packet_soft_scene(255), options);
+    options.termination = 0.05;
+    expect_oracle_of_steps(v, packet_scene(255, 0.97), options);
+  }
+}
+
+TEST(StepControl, PacketsAgreeForShadingPerspectiveAndFlatVolumes) {
+  Scene scene = packet_scene(60000);
+  scene.shading = Shading{};
+  scene.shading->light = Vec3(1, 2, -1);
+  scene.view.projection = camera::Projection::perspective;
+  expect_oracle_of_steps(packet_volume<std::uint16_t>(60000), scene, adaptive_options(), 1.1);
+  scene = packet_soft_scene(1);
+  scene.view.width = 8;
+  expect_oracle_of_steps(packet_volume<float>(1, {23, 1, 29}, 0.3), scene, adaptive_options());
+}
+
+// Opacity 1 makes differences infinite: steps are the shortest there, and nothing is behind.
+TEST(StepControl, PacketsAgreeWhereOpacityIsOne) {
+  expect_oracle_of_steps(packet_volume<std::uint8_t>(255), packet_scene(255, 1.0), adaptive_options());
+}
+
+// The medium is the same all along the faces, so that what is different at a ray's end does not count, and
+// nowhere transparent: where three nodes are, no tolerance asks for shorter steps.
+TEST(StepControl, NoToleranceAndAnyAreUniformSteps) {
+  const auto v = packet_volume<std::uint8_t>(200, {23, 18, 29}, 50);
+  const Scene scene = packet_soft_scene(255);
+  for (const bool any : {false, true}) {
+    SCOPED_TRACE(any);
+    RenderOptions options = adaptive_options(any ? 1e6 : 1e-30, 0.2);
+    const RenderResult adaptive = raycast_packet(v, scene, options);
+    options.step_tolerance = 0;
+    if (!any) options.step /= kLongestHop;
+    const RenderResult uniform = raycast_packet(v, scene, options);
+    EXPECT_LE(difference(adaptive.image, uniform.image).colour, packet_tolerance(1000));
+  }
+}
+
+const FunctionField kSmooth{[](const Vec3& p) {
+                              return 0.5 + 0.3 * std::sin(1.3 * p[0] + 0.4) * std::cos(0.9 * p[1]) +
+                                     0.1 * std::sin(p[2]);
+                            },
+                            [](const Vec3&) { return Vec3(0, 0, 1); }, generic_box()};
+
+// Step doubling: an estimate is three times the error of its pair, and h goes with the cube root of the
+// tolerance: at a 64th of it there are four times as many steps, with a 16th of the error. Steps are powers
+// of two, hence the margins.
+TEST(StepControl, ErrorIsBelowTheSumOfTheTolerancesAndOfOrderTwoInTheSamples) {
+  const Scene scene = scene_of(ramp_transfer(0.7));
+  const Pixel truth = cast(reference_caster(view_of(kSmooth), scene, {}), kSmooth.box, scene);
+  const auto at = [&](double tolerance) {
+    RenderOptions options;
+    options.step = chord_length(kSmooth.box, scene) / 8.3;
+    options.step_tolerance = tolerance;
+    RenderCounts counts;
+    const Pixel pixel =
+        cast(plain_caster(view_of(kSmooth), scene, options), kSmooth.box, scene, 50.3, 49.4, &counts);
+    const double error = difference(pixel, truth);
+    EXPECT_LE(error, tolerance * static_cast<double>(counts.samples) / 2);
+    return std::pair(error, static_cast<double>(counts.samples));
+  };
+  const auto [coarse, few] = at(3e-4);
+  const auto [fine, many] = at(3e-4 / 64);
+  EXPECT_GT(many / few, 2.5);
+  EXPECT_LT(many / few, 6);
+  const double order = std::log(coarse / fine) / std::log(many / few);
+  EXPECT_NEAR(order, 2, 0.6);
+}
+
+// A ball with a thin bright shell: what contributes is a small part of every ray.
+TEST(StepControl, TakesFewerSamplesThanUniformStepsAtLessError) {
+  volume::Volume v = packet_volume<std::uint8_t>(255, {61, 61, 61});
+  auto& grid = std::get<volume::Grid<std::uint8_t>>(v.grid);
+  for (std::int64_t k = 0; k < 61; ++k) {
+    for (std::int64_t j = 0; j < 61; ++j) {
+      for (std::int64_t i = 0; i < 61; ++i) {
+        const double r = Vec3(double(i - 30), double(j - 30), double(k - 30)).norm() / 30;
+        grid(i, j, k) = static_cast<std::uint8_t>(255 * std::max(0.0, 1 - r));
+      }
+    }
+  }
+  Scene scene = packet_scene(255);
+  scene.transfer = transfer::TransferFunction({{0, {1, 0.5, 0.2}}, {255, {0.2, 0.5, 1}}},
+                                              {{0, 0}, {60, 0.01}, {80, 0.6}, {100, 0.01}, {255, 0.02}});
+  RenderOptions options = packet_options();
+  options.step = 0.01;
+  const image::Image truth = raycast_packet(v, scene, options).image;
+  const auto error = [&](const RenderResult& result) {
+    double sum = 0;
+    for (int y = 0; y < options.height; ++y) {
+      for (int x = 0; x < options.width; ++x) {
+        for (int c = 0; c < 3; ++c) sum += std::pow(double(truth.at(x, y, c)) - result.image.at(x, y, c), 2);
+      }
+    }
+    return sum;
+  };
+  const RenderResult adaptive = raycast_packet(v, scene, adaptive_options(0.0005, 0.6));
+  options.step = 0.15;
+  const RenderResult uniform = raycast_packet(v, scene, options);
+  EXPECT_LT(error(adaptive), error(uniform));
+  EXPECT_LT(double(adaptive.counts.samples), 0.6 * double(uniform.counts.samples));
+}
+
+TEST(StepControl, ThreadsChangeNothing) {
+  const auto v = packet_volume<std::uint8_t>(255);
+  RenderOptions options = adaptive_options();
+  options.width = 97;
+  options.height = 70;
+  set_thread_count(1);
+  const RenderResult one = raycast_packet(v, packet_scene(255), options);
+  set_thread_count(0);
+  const RenderResult many = raycast_packet(v, packet_scene(255), options);
+  expect_same_bits(one.image, many.image, true);
+  EXPECT_EQ(one.counts.samples, many.counts.samples);
+}
+
+TEST(StepControl, InstructionSetsAgree) {
+  const auto v = packet_volume<std::uint8_t>(255);
+  const RenderOptions options = adaptive_options();
+  Scene scene = packet_scene(255);
+  scene.shading = Shading{};
+  const RenderResult best = raycast_packet(v, scene, options);
+  const int sets = on_every_instruction_set(
+      [&] { expect_the_same(best, raycast_packet(v, scene, options), options.step_tolerance); });
+  if (sets < 2) GTEST_SKIP() << "packets were compiled for one instruction set";
+}
+
+TEST(StepControl, RefusesWhatHasNoStepsToChoose) {
+  const auto v = packet_volume<std::uint8_t>(255);
+  Scene scene = packet_scene(255);
+  for (const Quadrature rule :
+       {Quadrature::rectangle, Quadrature::preintegrated, Quadrature::split, Quadrature::reference}) {
+    RenderOptions options = adaptive_options();
+    options.quadrature = rule;
+    EXPECT_THROW((void)raycast_packet(v, scene, options), Error);
+  }
+  const index::IndexVolume index(v.geometry().dims, 1, 1.1);
+  EXPECT_THROW((void)raycast_packet(v, scene, adaptive_options(), &index), Error);
+  EXPECT_THROW((void)raycast_plain(v, scene, adaptive_options(), &index), Error);
+  for (const double wrong : {-1.0, std::nan("")}) {
+    EXPECT_THROW((void)raycast_packet(v, scene, adaptive_options(wrong)), Error);
+  }
+  scene.model = Model::xray;
+  EXPECT_THROW((void)raycast_packet(v, scene, adaptive_options()), Error);
+  EXPECT_THROW((void)raycast_plain(v, scene, adaptive_options()), Error);
+}
+
+}  // namespace
+}  // namespace vol::render
