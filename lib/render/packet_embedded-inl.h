@@ -29,7 +29,7 @@ class Embedded : private Composite<kVoxels, true, kChannels> {
     open();
     MI arrived = alive_;
     for (;;) {
-      if (job_.distances) leap(arrived);
+      if (this->rays_.distances) leap(arrived);
       const MI active = hn::And(alive_, hn::Lt(hn::Add(path_.node, constant_i(1)), last_));
       if (hn::AllFalse(DI(), active)) break;
       arrived = try_pair(active);
@@ -45,7 +45,9 @@ class Embedded : private Composite<kVoxels, true, kChannels> {
   /// The first node, where it may be visible.
   HWY_INLINE void open() {
     MI seen = alive_;
-    if (job_.distances) seen = hn::And(seen, hn::Eq(visible_distance(job_, path_.position), hn::Zero(DI())));
+    if (this->rays_.distances)
+      seen = hn::And(seen,
+                     hn::Eq(visible_distance(job_, this->rays_.distances, path_.position), hn::Zero(DI())));
     fresh_ = hn::Lt(alive_ones(), hn::Zero(DI()));  // none: all have a left node now
     skipped_ = hn::Add(skipped_, hn::Sub(alive_ones(), ones(seen)));
     if (hn::AllFalse(DI(), seen)) return;
@@ -162,7 +164,8 @@ class Embedded : private Composite<kVoxels, true, kChannels> {
         hn::And(hn::And(arrived, alive_),
                 hn::And(hn::Lt(path_.node, last_), int_mask(hn::Eq(path_.left.y, constant(0.0F)))));
     if (hn::AllFalse(d, able)) return;
-    const I distance = hn::IfThenElseZero(able, visible_distance(job_, path_.position));
+    const I distance =
+        hn::IfThenElseZero(able, visible_distance(job_, this->rays_.distances, path_.position));
     if (!hn::AllFalse(d, hn::Gt(distance, hn::Zero(d)))) leap_on(distance);
   }
   HWY_NOINLINE void leap_on(I distance);
@@ -182,7 +185,7 @@ HWY_NOINLINE void Embedded<kVoxels, kChannels>::leap_on(I distance) {
     skipped_ = hn::Add(skipped_, nodes);
     advance(path_.position, scaled(step_, nodes));
     path_.node = hn::Add(path_.node, nodes);
-    distance = visible_distance(job_, path_.position);
+    distance = visible_distance(job_, this->rays_.distances, path_.position);
     here = hn::And(here, hn::And(hn::Gt(distance, hn::Zero(d)), hn::Lt(path_.node, last_)));
   }
   // Not where nothing was found on the way.
