@@ -63,9 +63,13 @@ void add_raycast(CLI::App& app, RaycastOptions& o) {
       ->group(accuracy);
   app.add_option(
          "--step-tolerance", o.render.step_tolerance,
-         "Trapezoid: --step is the longest, down to a 16th of it where a segment would change the pixel by "
-         "more than this, on the colour scale [0: steps all the same]")
+         "Trapezoid: --step is the longest, and halved, down to a 16th of it, where two steps differ from "
+         "one "
+         "over both by more than this in the pixel, on the colour scale; 0: steps all the same. No bound on "
+         "the pixel's error.")
+      ->check(check_finite)
       ->check(check_non_negative)
+      ->capture_default_str()
       ->group(accuracy);
   app.add_option("--epsilon", o.epsilon,
                  "Index auto: optical depth of a standard step (--step) below which a detail does not count")
@@ -113,6 +117,7 @@ void add_raycast(CLI::App& app, RaycastOptions& o) {
                              "--index-reduction", "--isovalue", "--mesh", "--labels"}) {
     max_error->excludes(app.get_option(chosen));
   }
+  app.get_option("--step-tolerance")->excludes(app.get_option("--index"));
   app.add_flag("--no-skip", o.no_skip, "Sample also what the transfer function makes invisible")
       ->group(accuracy);
   app.add_option(

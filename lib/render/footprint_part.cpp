@@ -222,16 +222,16 @@ FootprintLine line_through(const wavelet::Expansion& expansion, const ParallelVi
   const wavelet::Band& band = *part.band;
   const double scale = band.scale[group.axis];
   const Vec3 place = u.cwiseProduct(band.scale) - band.shift;
-  const double far = 4 * scale * (band.upper - band.lower).sum() / direction.norm();
-  double begin = -far, end = far;
-  if (part.cut >= 0) {
-    const double t = (part.limit - u[group.axis]) * scale / direction[group.axis];
-    (group.below == (direction[group.axis] > 0) ? end : begin) = t;
-  }
+  // Where the line is within the support, or the part of it that is not cut off, along the axis.
+  const double d = direction[group.axis];
+  const Box3 box = support(part, group.axis, group.below);
+  const double a = (box.min[group.axis] - u[group.axis]) * scale / d,
+               b = (box.max[group.axis] - u[group.axis]) * scale / d;
   const auto at = view.pixel(place);
   return {at[0] - part.first[0], at[1] - part.first[1],
-          wavelet::line_integral(expansion, band, {1, {0, 0, 0}}, place, direction, begin, end) *
-              std::abs(direction[group.axis]) / scale};
+          wavelet::line_integral(expansion, band, {1, {0, 0, 0}}, place, direction, std::min(a, b),
+                                 std::max(a, b)) *
+              std::abs(d) / scale};
 }
 
 /// Lines through places spread evenly over a part's function.
@@ -314,15 +314,16 @@ void measure(const wavelet::Expansion& expansion, const ParallelView& view, Foot
     for (auto n = static_cast<std::size_t>(from); n < static_cast<std::size_t>(to); ++n) {
       FootprintPart& part = group.parts[n];
       if (part.even_lines.empty()) part.even_lines = even_lines(expansion, view, group, part, n + 1);
-      const auto more =
-          rough_lines(expansion, view, group, part, 1000 * (n + 1) + static_cast<std::uint64_t>(group.quality));
+      const auto more = rough_lines(expansion, view, group, part,
+                                    1000 * (n + 1) + static_cast<std::uint64_t>(group.quality));
       part.rough_lines.insert(part.rough_lines.end(), more.begin(), more.end());
       const auto error = [&](const FootprintLine& line) {
         return std::abs(drawn_value(group, part, line.column, line.row) - line.integral);
       };
       for (const auto& line : part.even_lines) {
-        squares[n] += error(line) * error(line);
-        largest[n] = std::max(largest[n], error(line));
+        const double off = error(line);
+        squares[n] += off * off;
+        largest[n] = std::max(largest[n], off);
       }
       for (const auto& line : part.rough_lines) largest[n] = std::max(largest[n], error(line));
     }

@@ -31,17 +31,6 @@ bool is_native(VoxelType type) {
   return type == VoxelType::u8 || type == VoxelType::u16 || type == VoxelType::i16 || type == VoxelType::f32;
 }
 
-/// The longest way through a parallelepiped, given by its edges.
-double longest_diagonal(const Mat3& edges) {
-  double longest = 0;
-  for (const double y : {-1.0, 1.0}) {
-    for (const double z : {-1.0, 1.0}) {
-      longest = std::max(longest, (edges.col(0) + y * edges.col(1) + z * edges.col(2)).norm());
-    }
-  }
-  return longest;
-}
-
 bool is_covered(const volume::Volume& volume, const Scene& scene, const RenderOptions& options) {
   using volume::Reconstruction;
   if (options.quadrature == Quadrature::reference) return false;
@@ -59,7 +48,7 @@ bool is_covered(const volume::Volume& volume, const Scene& scene, const RenderOp
       return false;
   }
   const volume::FieldBounds bounds = volume::field_bounds(volume.geometry());
-  const double diagonal = longest_diagonal(bounds.edges);
+  const double diagonal = longest_diagonal(bounds);
   if (!(diagonal / options.step < kMostSegments - 1)) return false;
   if (!(options.step / diagonal < kLongestStep)) return false;
   constexpr double kAddressable = 2147483647.0;
@@ -90,7 +79,9 @@ RenderResult otherwise(const volume::Volume& volume, const Scene& scene, RenderO
 /// voxels.
 RenderOptions packet_steps(RenderOptions options, const volume::GridGeometry& geometry) {
   if (options.quadrature == Quadrature::split) options.step = geometry.spacing.minCoeff();
-  if (options.step_tolerance > 0) options.step /= kLongestHop;
+  if (options.step_tolerance > 0) {
+    options.step /= 1 << most_halvings(volume::field_bounds(geometry), options.step);
+  }
   return options;
 }
 
@@ -170,8 +161,11 @@ bool PacketScene::set_tables(const RenderOptions& options, Tables& tables) const
   job.termination = static_cast<float>(options.termination);
   if (index_) set_index(*index_, job);
   if (options.step_tolerance > 0) {
-    job.step_tolerance = static_cast<float>(options.step_tolerance);
-    job.longest_hop = kLongestHop;
+    using Limits = std::numeric_limits<float>;
+    job.step_tolerance =
+        static_cast<float>(std::clamp(options.step_tolerance, double(Limits::min()), double(Limits::max())));
+    job.halvings = most_halvings(volume::field_bounds(volume_.original().geometry()), options_.step);
+    job.longest_hop = static_cast<float>(1 << job.halvings);
   }
   if (scene_.model != Model::composite) return true;
 

@@ -64,11 +64,11 @@ class PacketVolume {
 ///
 /// Voxels of type u8, u16, i16 and f32 are read as they are; other types are converted to f32, once, where
 /// that keeps 1e-6 of their range. What the packets do not cover is passed to raycast_plain (split:
-/// raycast_split_plain): Catmull-Rom and B-spline reconstruction, more than 32767 nodes on a ray (with
-/// step_tolerance: shortest steps; the bound above would be 3e-4 and more), volumes of 2^31 samples (f32) or
-/// bytes or more, transfer functions with more than one point in 1/65536 of the data's range; for
-/// preintegrated also opacity 1 and segments that light passes with less than 2^-64; for split media that
-/// halve light within 1/1024 of a cell, nearest, xray, mip and an axis of one sample.
+/// raycast_split_plain): Catmull-Rom and B-spline reconstruction, more than 32767 nodes on a ray (the bound
+/// above would be 3e-4 and more), volumes of 2^31 samples (f32) or bytes or more, transfer functions with
+/// more than one point in 1/65536 of the data's range; for preintegrated also opacity 1 and segments that
+/// light passes with less than 2^-64; for split media that halve light within 1/1024 of a cell, nearest,
+/// xray, mip and an axis of one sample.
 class PacketScene {
  public:
   /// Refers to the volume and the index, which must live longer. \throws vol::Error as raycast_plain does;

@@ -33,7 +33,7 @@ Cast cast_of(const PacketPicture& picture) {
     default:
       break;
   }
-  if (picture.job.step_tolerance > 0) return cast_embedded;
+  if (picture.job.step_tolerance > 0) return cast_steps;
   if (picture.job.rule != PacketRule::split) return cast_composite;
   return picture.job.budget > 0 ? cast_adaptive : cast_split;
 }

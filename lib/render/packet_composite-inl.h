@@ -76,7 +76,7 @@ class Composite {
     store(pixels);
   }
 
- protected:  // what Embedded builds on too
+ protected:  // what AdaptiveSteps builds on too
   [[nodiscard]] float longest() const { return job_.longest_hop; }
 
   HWY_INLINE F ahead(I node) const { return length_ahead(node, segments_, remainder_); }

@@ -36,7 +36,7 @@ struct PacketTransfer {
   // Colour of few pieces, as tables that fit into registers: piece k begins at the value from[k] and has the
   // colour at[c][k] + slope[c][k] (value - from[k]).
   static constexpr int kFewPieces = 8;
-  int pieces = 0;  ///< 0: more than kFewPieces
+  int pieces = 0;  ///< 0: more than kFewPieces, or one line in all (affine)
   alignas(64) float from[kMaxLanes]{};
   alignas(64) float at[3][kMaxLanes]{}, slope[3][kMaxLanes]{};
   float colour0[3]{}, colour1[3]{};  ///< affine: colour = colour0 + colour1 u
@@ -66,6 +66,7 @@ struct PacketJob {
   int nodes = 3;  ///< split: Gauss nodes a piece, 1 to 3
   float termination = 0;
   float step_tolerance = 0;  ///< trapezoid: of steps of adaptive length (step_control.h); 0: all the same
+  int halvings = 0;          ///< of the longest of these, at most
   // Split, adaptive: the error that a ray's pieces may make together (0: fixed pieces), and what errors of a
   // piece's emitted light and opacity count in a pixel.
   float budget = 0, error_emitted = 0, error_alpha = 0;
@@ -125,7 +126,7 @@ struct PacketPixels {
 void cast_composite(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 void cast_split(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 void cast_adaptive(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
-void cast_embedded(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
+void cast_steps(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 void cast_xray(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 void cast_mip(const PacketJob& job, const PacketRays& rays, PacketPixels& pixels);
 

@@ -116,7 +116,8 @@ HWY_INLINE TablePlace table_place(const PacketTransfer& t, F value) {
   return place;
 }
 
-/// The y of a node.
+/// The y of a node. A line's rounding may leave it above 0, beside a point between transparent and not:
+/// light would be emitted without end there.
 HWY_INLINE F extinction_at(const PacketTransfer& t, const TablePlace& place) {
   const F w = place.w;
   if (HWY_UNLIKELY(t.logarithm)) {
@@ -128,13 +129,13 @@ HWY_INLINE F extinction_at(const PacketTransfer& t, const TablePlace& place) {
     const F small = log2p1_reduced(hn::Neg(hn::Min(opacity, constant(0.25F))));
     const F large = log2_positive(hn::Max(clear, constant(1e-30F)));
     const F logarithm = hn::IfThenElse(hn::Lt(opacity, constant(0.25F)), small, large);
-    const F y = hn::Mul(logarithm, constant(t.exponent));
+    const F y = hn::Min(hn::Mul(logarithm, constant(t.exponent)), constant(0.0F));
     return hn::IfThenElse(hn::Le(clear, constant(0.0F)), constant(kOpaque), y);
   }
   F y, slope;
   load_pairs(t.extinctions.data(), place.line, y, slope);
   if (!t.bends.empty()) slope = hn::MulAdd(hn::GatherIndex(DF(), t.bends.data(), place.line), w, slope);
-  return hn::MulAdd(slope, w, y);
+  return hn::Min(hn::MulAdd(slope, w, y), constant(0.0F));
 }
 
 /// A colour of few pieces, from registers: no load waits for the value.

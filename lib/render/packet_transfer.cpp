@@ -166,8 +166,10 @@ void find_pieces(const transfer::TransferFunction& transfer, double lo, double h
     const Vec3 first = transfer.colour(starts[k] + third), second = transfer.colour(starts[k] + 2 * third);
     const Vec3 slope = third > 0 ? Vec3((second - first) / third) : Vec3::Zero();
     table.from[k] = static_cast<float>(starts[k]);
+    // Where float has the piece begin: the line goes on to there.
+    const double before = starts[k] + third - static_cast<double>(table.from[k]);
     for (int c = 0; c < 3; ++c) {
-      table.at[c][k] = static_cast<float>(2 * first[c] - second[c]);
+      table.at[c][k] = static_cast<float>(first[c] - before * slope[c]);
       table.slope[c][k] = static_cast<float>(slope[c]);
     }
   }

@@ -8,7 +8,6 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "render/refinement.h"
-#include "render/step_control.h"
 
 namespace vol::render {
 namespace {
@@ -96,13 +95,6 @@ void require_valid(const RenderOptions& options) {
   if (!(options.termination >= 0 && options.termination < 1)) {
     throw Error("termination: a transmittance in [0, 1) is expected");
   }
-}
-
-void require_adaptive_steps_can_be(const Scene& scene, bool index) {
-  if (scene.model != Model::composite) {
-    throw Error("step tolerance: composite is the model that has steps of adaptive length");
-  }
-  if (index) throw Error("step tolerance: an index chooses steps already");
 }
 
 double resolved_reference_length(const Scene& scene, double smallest_spacing) {

@@ -40,4 +40,15 @@ std::optional<Chord> RayBox::chord(const camera::Ray& ray, double t_min) const {
   return chord;
 }
 
+double longest_diagonal(const volume::FieldBounds& bounds) {
+  const Mat3& edges = bounds.edges;
+  double longest = 0;
+  for (const double y : {-1.0, 1.0}) {
+    for (const double z : {-1.0, 1.0}) {
+      longest = std::max(longest, (edges.col(0) + y * edges.col(1) + z * edges.col(2)).norm());
+    }
+  }
+  return longest;
+}
+
 }  // namespace vol::render

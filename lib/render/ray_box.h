@@ -32,4 +32,7 @@ class RayBox {
   Mat3 inverse_;
 };
 
+/// The longest way through a field's box.
+[[nodiscard]] double longest_diagonal(const volume::FieldBounds& bounds);
+
 }  // namespace vol::render

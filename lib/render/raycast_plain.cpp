@@ -27,7 +27,7 @@ class NodeWalk {
     const double segments = std::ceil(chord.length() / step - 1e-9);
     if (!(segments < kMaxNodes)) {
       std::ostringstream message;
-      message << "step " << step << " gives more than 1e9 nodes on a ray, take a longer one";
+      message << "a ray would have more than 1e9 nodes, " << step << " apart; take a longer step";
       throw Error(message.str());
     }
     last_ = std::max<std::int64_t>(1, static_cast<std::int64_t>(segments));
@@ -76,6 +76,7 @@ struct Context {
   std::optional<Visibility> visibility = {};
   std::optional<Optics> optics = {};
   std::optional<BlinnPhong> shading = {};
+  std::int64_t longest_hop = 1;  ///< of steps of adaptive length, in nodes of the walk
 };
 
 class CompositeRay {
@@ -84,7 +85,7 @@ class CompositeRay {
       : context_(context), walk_(walk), direction_(direction), counts_(counts) {}
 
   void cast(Beam& beam) {
-    if (context_.options.step_tolerance > 0) return cast_adaptive(beam);
+    if (context_.options.step_tolerance > 0) return cast_by_step_control(beam);
     const double& transmittance = beam.transmittance;
     Visit left = visit(0);
     while (left.number < walk_.last() && !(transmittance <= context_.options.termination)) {
@@ -127,17 +128,17 @@ class CompositeRay {
   }
 
   /// Steps of adaptive length (step_control.h); the walk's nodes are those of the shortest step.
-  void cast_adaptive(Beam& beam) {
+  void cast_by_step_control(Beam& beam) {
     const double& transmittance = beam.transmittance;
     const std::int64_t last = walk_.last() - 1;  // of the lattice; behind it is the ray's short end
     Visit left = visit(0);
     look(left);
     if (!left.sampled) ++counts_.skipped;
-    std::int64_t hop = kLongestHop;
+    std::int64_t hop = context_.longest_hop;
     for (bool arrived = true; !(transmittance <= context_.options.termination);) {
       if (arrived && left.number < last && left.node.opacity == 0) {
         const std::int64_t node = before_what_is_visible(left.number, last);
-        if (node > left.number) hop = kLongestHop;
+        if (node > left.number) hop = context_.longest_hop;
         counts_.skipped += node - left.number;
         left.number = node;
       }
@@ -155,7 +156,7 @@ class CompositeRay {
         pass(trapezoid(middle.node, right.node, t2 - t1, *context_.optics), t1, t2 - t1, beam);
         left = right;
         const bool grows = difference <= kGrowBelow * context_.options.step_tolerance;
-        if (grows) hop = std::min<std::int64_t>(2 * hop, kLongestHop);
+        if (grows) hop = std::min(2 * hop, context_.longest_hop);
       } else {
         hop /= 2;
       }
@@ -338,7 +339,8 @@ std::shared_ptr<const Context> complete(Context context, const Scene& scene, dou
   }
   if (context.options.step_tolerance > 0) {
     require_adaptive_steps_can_be(scene, context.index != nullptr);
-    context.options.step /= kLongestHop;  // the walk's nodes
+    context.longest_hop = std::int64_t{1} << most_halvings(context.field.bounds, context.options.step);
+    context.options.step /= static_cast<double>(context.longest_hop);  // the walk's nodes
   }
   if (scene.model == Model::composite) {
     context.optics.emplace(scene.transfer, resolved_reference_length(scene, smallest_spacing));

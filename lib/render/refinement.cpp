@@ -13,6 +13,7 @@ namespace {
 
 constexpr int kDepthChannel = 5;
 constexpr int kColours = 4;
+constexpr int kLargestStep = 64;
 
 /// Corners at (x, y) and (x + w, y + h); the last cells of a row or column are smaller, down to one pixel.
 struct Cell {
@@ -47,7 +48,7 @@ class Refinement {
     const auto some = [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t i = begin; i < end; ++i) fill(leaves_[static_cast<std::size_t>(i)]);
     };
-    parallel_for(0, static_cast<std::int64_t>(leaves_.size()), 1024, some);
+    parallel_for(0, static_cast<std::int64_t>(leaves_.size()), 32, some);
   }
 
  private:
@@ -194,10 +195,10 @@ class Refinement {
 
   void fill(const Cell& cell) {
     const bool surrounded = cell.w > 0 && cell.h > 0 && is_surrounded(cell);
-    const auto weights = [&](int at, int size) {
-      const float t = size > 0 ? static_cast<float>(at) / static_cast<float>(size) : 0;
-      return surrounded ? cubic(t) : linear(t);
+    const auto place = [](int at, int size) {
+      return size > 0 ? static_cast<float>(at) / static_cast<float>(size) : 0.0F;
     };
+    const auto weights = [&](float t) { return surrounded ? cubic(t) : linear(t); };
     std::array<std::array<Colour, 4>, 4>
         around{};  // rows of columns; the outer ones 0 where they are not used
     for (int r = surrounded ? 0 : 1; r < (surrounded ? 4 : 3); ++r) {
@@ -210,45 +211,59 @@ class Refinement {
     // Columns and rows that the next cells open are theirs.
     const int columns = std::max(1, cell.x + cell.w < image_.width - 1 ? cell.w : cell.w + 1);
     const int rows = std::max(1, cell.y + cell.h < image_.height - 1 ? cell.h : cell.h + 1);
+    std::array<float, kLargestStep + 1> u;
+    std::array<Weights, kLargestStep + 1> across;
+    for (int i = 0; i < columns; ++i) {
+      const auto n = static_cast<std::size_t>(i);
+      u[n] = place(i, cell.w);
+      across[n] = weights(u[n]);
+    }
     for (int j = 0; j < rows; ++j) {
-      const Weights down = weights(j, cell.h);
+      const float v = place(j, cell.h);
+      const Weights down = weights(v);
       std::array<Colour, 4> row{};  // of the four columns, at this row
       for (std::size_t c = 0; c < 4; ++c) {
         for (std::size_t r = 0; r < 4; ++r) add(row[c], down[r], around[r][c].data());
       }
+      const DepthRow depth = depths.at(v);
       for (int i = 0; i < columns; ++i) {
         const std::size_t at = offset(cell.x + i, cell.y + j);
         if (known_[at]) continue;
-        const Weights across = weights(i, cell.w);
+        const auto n = static_cast<std::size_t>(i);
         Colour sum{};
-        for (std::size_t c = 0; c < 4; ++c) add(sum, across[c], row[c].data());
+        for (std::size_t c = 0; c < 4; ++c) add(sum, across[n][c], row[c].data());
         float* const to = image_.pixels.data() + at * image_.channels.size();
         std::copy(sum.begin(), sum.end(), to);
-        to[kDepthChannel] = depths.at(i, j);
+        to[kDepthChannel] = depth.at(u[n]);
       }
     }
   }
 
+  /// Depth along a row of a cell, u in [0, 1].
+  struct DepthRow {
+    float left, right;
+    bool linear;
+    [[nodiscard]] float at(float u) const {
+      return linear ? (1 - u) * left + u * right : u > 0.5F ? right : left;
+    }
+  };
   /// Depth inside a cell: bilinear where all four corners have one, else the nearest corner's.
   class Depths {
    public:
-    Depths(const Refinement& of, const Cell& cell) : w_(cell.w), h_(cell.h) {
+    Depths(const Refinement& of, const Cell& cell) {
       for (int b = 0; b < 2; ++b) {
         for (int a = 0; a < 2; ++a)
           corners_[2 * b + a] = of.pixel(cell.x + a * cell.w, cell.y + b * cell.h)[kDepthChannel];
       }
       bilinear_ = std::all_of(corners_, corners_ + 4, [](float depth) { return std::isfinite(depth); });
     }
-    [[nodiscard]] float at(int i, int j) const {
-      if (!bilinear_) return corners_[2 * (2 * j > h_) + (2 * i > w_)];
-      const float u = w_ > 0 ? static_cast<float>(i) / static_cast<float>(w_) : 0,
-                  v = h_ > 0 ? static_cast<float>(j) / static_cast<float>(h_) : 0;
-      return (1 - v) * ((1 - u) * corners_[0] + u * corners_[1]) +
-             v * ((1 - u) * corners_[2] + u * corners_[3]);
+    [[nodiscard]] DepthRow at(float v) const {
+      const float* const nearest = corners_ + (v > 0.5F ? 2 : 0);
+      if (!bilinear_) return {nearest[0], nearest[1], false};
+      return {(1 - v) * corners_[0] + v * corners_[2], (1 - v) * corners_[1] + v * corners_[3], true};
     }
 
    private:
-    int w_, h_;
     float corners_[4];
     bool bilinear_;
   };
@@ -264,7 +279,7 @@ class Refinement {
 }  // namespace
 
 void cast_refined(image::Image& image, int step, double tolerance, const CastPixels& cast) {
-  if (step < 1 || step > 64 || (step & (step - 1)) != 0)
+  if (step < 1 || step > kLargestStep || (step & (step - 1)) != 0)
     throw Error("image step: a power of two from 1 to 64 is expected");
   if (!(tolerance >= 0)) throw Error("image tolerance is not a number >= 0");
   Refinement(image, tolerance, cast).run(step);

@@ -1,5 +1,6 @@
 #pragma once
 #include "render/options.h"
+#include "volume/field_sampler.h"
 
 namespace vol::render {
 
@@ -10,17 +11,20 @@ namespace vol::render {
 ///   e = T h/2 max(|s0 - 2 s1 + s2|, |s0 c0 - 2 s1 c1 + s2 c2| by channel),
 /// three times the error of the two where the field is smooth (step doubling: Hairer, Norsett & Wanner 1993,
 /// section II.4). If e is above the tolerance, the pair is not passed but tried again with half the steps,
-/// down to 1 / kLongestHop of the step asked for; if e is at most an eighth of it, the next pair's steps are
-/// twice as long: e grows with h^3 where the field is smooth. T weights what lies deep in the medium by what
-/// is seen of it.
+/// down to 2^-most_halvings() of the step asked for; if e is at most an eighth of it, the next pair's steps
+/// are twice as long: e grows with h^3 where the field is smooth. T weights what lies deep in the medium by
+/// what is seen of it.
 ///
-/// Nodes are those of the lattice of the shortest step, n of them behind the ray's entry. Near the ray's end
-/// steps are short enough for a pair; what is left in the end, less than three of the shortest, is one
-/// segment. In empty space a ray at a node of extinction 0 goes on from the last node before the first that
-/// may be visible, with the longest step.
+/// Nodes are those of the lattice of the shortest step, from the ray's entry on. Near the ray's end steps are
+/// short enough for a pair; what is left in the end, at most two of the shortest, is one segment. In empty
+/// space a ray at a node of extinction 0 goes on from the last node before the first that may be visible, and
+/// with the longest step if that is further on.
 inline constexpr int kHalvings = 4;
-inline constexpr int kLongestHop = 1 << kHalvings;  ///< longest over shortest step
 inline constexpr float kGrowBelow = 0.125F;
+
+/// How often a step is halved at most: kHalvings, or fewer so that no ray through the box has more nodes than
+/// packets hold (packet_rays.h), where not halving brings that about.
+[[nodiscard]] int most_halvings(const volume::FieldBounds& bounds, double step);
 
 /// \throws vol::Error where steps are not this rule's to choose: other models, an index
 void require_adaptive_steps_can_be(const Scene& scene, bool index);

@@ -25,8 +25,9 @@ struct Visibility {
 };
 
 /// The same for rays that go to one octant, which are not held up by what they pass or leave behind (Deakin
-/// and Knoll 2020): distance D > 0: the D^3 macrocells less than D away, along each axis in the direction of
-/// the rays, are invisible. A table an octant, each made when it is asked for first, by any thread.
+/// and Knackstedt 2020): distance D > 0: the D^3 macrocells less than D away, along each axis in the
+/// direction of the rays, are invisible. A table an octant, each made when it is asked for first, by any
+/// thread.
 class VisibilityAhead {
  public:
   /// \param of  must live longer

@@ -240,6 +240,34 @@ TEST_P(PacketRule, TheLargestValueTakesTheColourAboveAJump) {
   on_every_instruction_set([&] { expect_oracle(v, scene, packet_options(GetParam())); });
 }
 
+// A plateau just below the foot of a steep ramp, by the rounding of a float: transparent, and no line of the
+// tables may say that it emits.
+TEST_P(PacketRule, AgreesOnAPlateauBesideTheFootOfARamp) {
+  volume::Volume v = packet_volume<float>(1);
+  for (float& x : std::get<volume::Grid<float>>(v.grid).voxels) {
+    if (x > 0.2F && x < 0.72F) x = 0.7F;
+  }
+  Scene scene = packet_scene(1);
+  scene.transfer =
+      transfer::TransferFunction(scene.transfer.colours(), {{0, 0}, {0.7, 0}, {0.8, 0.99}, {1, 0.99}});
+  const RenderOptions options = packet_options(GetParam());
+  on_every_instruction_set([&] { expect_oracle(v, scene, options); });
+}
+
+// Pieces of a colour that are as narrow as a float is coarse there.
+TEST_P(PacketRule, AgreesForColoursAsSteepAsFloatsAreCoarse) {
+  volume::Volume v = packet_volume<float>(1, {23, 18, 29}, 1e6);
+  for (float& x : std::get<volume::Grid<float>>(v.grid).voxels) x = std::round(x * 4) / 4;
+  Scene scene = packet_scene(1, 0.5, 1e6);
+  const double most = 1e6 + 1;
+  scene.transfer = transfer::TransferFunction(
+      {{1e6, {0, 1, 0}}, {1e6 + 0.4, {0, 1, 0}}, {1e6 + 0.5, {1, 0, 0}}, {most, {1, 0, 1}}},
+      scene.transfer.opacities());
+  RenderOptions options = packet_options(GetParam());
+  options.reconstruction = volume::Reconstruction::nearest;
+  expect_oracle(v, scene, options);
+}
+
 TEST(Packet, APictureInTheMemoryOfAnotherIsTheSame) {
   const auto v = packet_volume<std::uint8_t>(255);
   const Scene scene = packet_scene(255);

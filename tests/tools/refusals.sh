@@ -59,6 +59,14 @@ exponent|background: [0, 0, 0]\nshading: {exponent: .inf}
 light|background: [0, 0, 0]\nshading: {light: [0, 0, 0]}
 reference_length|background: [0, 0, 0]\nreference_length: 0
 EOF
+for tolerance in -1 inf nan; do
+  # shellcheck disable=SC2086
+  refused_for "--step-tolerance" $cast -o a.exr --step-tolerance $tolerance
+done
+# shellcheck disable=SC2086
+refused_for "--index" $cast -o a.exr --index auto --step-tolerance 0.1
+# shellcheck disable=SC2086
+refused_for "trapezoid" $cast -o a.exr --quadrature split --step-tolerance 0.1
 for step in -1 abc 0v; do
   echo "step: $step" >scene.yaml
   # shellcheck disable=SC2086

@@ -1,9 +1,9 @@
-// Included once per instruction set by packet_embedded_kernel.cpp.
-#if defined(VOL_RENDER_PACKET_EMBEDDED_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef VOL_RENDER_PACKET_EMBEDDED_INL_H_
-#undef VOL_RENDER_PACKET_EMBEDDED_INL_H_
+// Included once per instruction set by packet_steps_kernel.cpp.
+#if defined(VOL_RENDER_PACKET_STEPS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef VOL_RENDER_PACKET_STEPS_INL_H_
+#undef VOL_RENDER_PACKET_STEPS_INL_H_
 #else
-#define VOL_RENDER_PACKET_EMBEDDED_INL_H_
+#define VOL_RENDER_PACKET_STEPS_INL_H_
 #endif
 
 #include "render/packet_composite-inl.h"
@@ -11,19 +11,19 @@
 HWY_BEFORE_NAMESPACE();
 namespace vol::render::HWY_NAMESPACE {
 
-/// Trapezoids of adaptive length (step_control.h): a lane takes two steps at once, each of 1 to kLongestHop
+/// Trapezoids of adaptive length (step_control.h): a lane takes two steps at once, each of 1 to 2^halvings
 /// nodes of the lattice of the shortest step. Every lane has steps of its own, so that what it samples does
 /// not depend on its neighbours; both nodes are sampled before what they add is passed, so that neither waits
 /// for the other.
 template <PacketVoxels kVoxels, int kChannels>
-class Embedded : private Composite<kVoxels, true, kChannels> {
+class AdaptiveSteps : private Composite<kVoxels, true, kChannels> {
   using Base = Composite<kVoxels, true, kChannels>;
   using Base::alive_, Base::fresh_, Base::job_, Base::leaps_, Base::path_, Base::remainder_, Base::samples_,
       Base::segments_, Base::skipped_, Base::step_, Base::stops_;
 
  public:
-  Embedded(const PacketJob& job, const PacketRays& rays)
-      : Base(job, rays), last_(hn::Sub(segments_, constant_i(1))), level_(constant_i(kHalvings)) {}
+  AdaptiveSteps(const PacketJob& job, const PacketRays& rays)
+      : Base(job, rays), last_(hn::Sub(segments_, constant_i(1))), level_(constant_i(job.halvings)) {}
 
   void cast(PacketPixels& pixels) {
     open();
@@ -35,7 +35,7 @@ class Embedded : private Composite<kVoxels, true, kChannels> {
       arrived = try_pair(active);
       if (stops_) this->stop();
     }
-    // What is left is shorter than two of the shortest steps and one more.
+    // What is left is at most two of the shortest steps.
     remainder_ = hn::Add(remainder_, to_float(hn::Sub(last_, path_.node)));
     this->finish();
     this->store(pixels);
@@ -152,7 +152,7 @@ class Embedded : private Composite<kVoxels, true, kChannels> {
     keep(right, passed);
     const MI grows = hn::And(passed, int_mask(hn::Le(made, hn::Mul(most, constant(kGrowBelow)))));
     const I level = hn::Sub(hn::Add(level_, ones(grows)), ones(hn::AndNot(passed, active)));
-    level_ = hn::Min(level, constant_i(kHalvings));
+    level_ = hn::Min(level, constant_i(job_.halvings));
     return passed;
   }
 
@@ -175,9 +175,10 @@ class Embedded : private Composite<kVoxels, true, kChannels> {
 };
 
 template <PacketVoxels kVoxels, int kChannels>
-HWY_NOINLINE void Embedded<kVoxels, kChannels>::leap_on(I distance) {
+HWY_NOINLINE void AdaptiveSteps<kVoxels, kChannels>::leap_on(I distance) {
   const DI d;
   const MI leaps = hn::Gt(distance, hn::Zero(d));
+  const I start = path_.node;
   MI here = leaps;
   while (!hn::AllFalse(d, here)) {
     const I room = hn::Sub(last_, path_.node);
@@ -195,7 +196,7 @@ HWY_NOINLINE void Embedded<kVoxels, kChannels>::leap_on(I distance) {
   path_.node = hn::Sub(path_.node, back);
   skipped_ = hn::Sub(skipped_, back);
   path_.left_node = hn::IfThenElse(leaps, path_.node, path_.left_node);
-  level_ = hn::IfThenElse(leaps, constant_i(kHalvings), level_);
+  level_ = hn::IfThenElse(hn::And(leaps, hn::Gt(path_.node, start)), constant_i(job_.halvings), level_);
 }
 
 }  // namespace vol::render::HWY_NAMESPACE
