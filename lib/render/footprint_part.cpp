@@ -261,8 +261,8 @@ double roughness(const wavelet::FootprintTable& table, std::int64_t i, std::int6
 }
 
 /// Lines near samples of the table drawn with the square of what interpolation is likely to miss: rough
-/// functions have their largest errors in few places, which evenly spread lines do not find. (Of noise in
-/// daubechies-4, seen at half a degree from an axis' plane, 15 times the largest error at 400 of those.)
+/// functions have their largest errors in few places, which evenly spread lines do not find (test_footprints,
+/// KeepTheErrorNearPlanesOfAxes).
 std::vector<FootprintLine> rough_lines(const wavelet::Expansion& expansion, const ParallelView& view,
                                        const FootprintGroup& group, const FootprintPart& part,
                                        std::uint64_t seed) {

@@ -165,8 +165,9 @@ void find_pieces(const transfer::TransferFunction& transfer, double lo, double h
     const double third = ((k + 1 < starts.size() ? starts[k + 1] : hi) - starts[k]) / 3;
     const Vec3 first = transfer.colour(starts[k] + third), second = transfer.colour(starts[k] + 2 * third);
     const Vec3 slope = third > 0 ? Vec3((second - first) / third) : Vec3::Zero();
+    // The first float of the piece, and its colour there.
     table.from[k] = static_cast<float>(starts[k]);
-    // Where float has the piece begin: the line goes on to there.
+    if (table.from[k] < starts[k]) table.from[k] = std::nextafter(table.from[k], INFINITY);
     const double before = starts[k] + third - static_cast<double>(table.from[k]);
     for (int c = 0; c < 3; ++c) {
       table.at[c][k] = static_cast<float>(first[c] - before * slope[c]);

@@ -36,13 +36,14 @@ struct FootprintReport {
 /// The error asked for is the largest of a pixel, as a share of the range of the picture's values. The range
 /// is taken from below, at up to 40 pixels that are integrated exactly. Tables are made finer until the
 /// estimate is within it: with e the rms of a table's deviations from line_integral() at some hundred places
-/// spread evenly, and m 1.7 times the largest of them and of half as many where the table is roughest (a
-/// factor from trials, not from theory), the error of a pixel that terms of amplitude A reach is taken for
-/// 5 sqrt(sum A^2 e^2) + 1.5 max A m at most, because the terms' places between pixels, and so their errors,
-/// are as good as independent; and for sum |A| m where that is less. Then the picture is compared with the
-/// exact pixels, and tables are made finer still where one of them is off by more than allowed. An estimate,
-/// no guarantee. Of noise at random views, at 1e-2 to 1e-4, the largest error of a pixel was 0.26 of what is
-/// allowed (18 pictures each of daubechies-4, 6 of coiflet-6: tests/bench/footprint_calibration).
+/// spread evenly, and m 1.7 times the largest of them and of half as many where each table so far was
+/// roughest (a factor from trials, not from theory), the error of a pixel that terms of amplitude A reach is
+/// taken for 5 sqrt(sum A^2 e^2) + 1.5 max A m at most, because the terms' places between pixels, and so
+/// their errors, are as good as independent; and for sum |A| m where that is less. Then the picture is
+/// compared with the exact pixels, and tables are made finer still where one of them is off by more than
+/// allowed. An estimate, no guarantee. Of noise at random views, at 1e-2 to 1e-4, the largest error of a
+/// pixel was 0.26 of what is allowed (18 pictures each of daubechies-4, 6 of coiflet-6:
+/// tests/bench/footprint_calibration).
 ///
 /// Refers to the expansion, which must live longer; made for one view. Pictures have the same bits for any
 /// number of threads.

@@ -257,7 +257,7 @@ TEST_P(PacketRule, AgreesOnAPlateauBesideTheFootOfARamp) {
 // Pieces of a colour that are as narrow as a float is coarse there.
 TEST(Packet, AgreesForColoursAsSteepAsFloatsAreCoarse) {
   volume::Volume v = packet_volume<float>(1, {23, 18, 29}, 1e6);
-  for (float& x : std::get<volume::Grid<float>>(v.grid).voxels) x = std::round(x * 4) / 4;
+  for (float& x : std::get<volume::Grid<float>>(v.grid).voxels) x = std::round(x * 16) / 16;
   Scene scene = packet_scene(1, 0.5, 1e6);
   const double most = 1e6 + 1;
   scene.transfer = transfer::TransferFunction(
