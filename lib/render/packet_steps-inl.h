@@ -110,50 +110,74 @@ class AdaptiveSteps : private Composite<kVoxels, true, kChannels> {
             part(step_.part2)};
   }
 
-  /// Two steps of every active lane; returns those that were passed.
+  /// The next steps of the lanes of `m`, by their levels; the others stay where they are.
+  HWY_INLINE void set_steps(MI m) {
+    moves_ = m;
+    nodes_ = hn::IfThenElseZero(m, power_of_two(level_));
+    hop_ = hop(level_, m);
+  }
+
+  /// At the ray's end steps only as long as there are nodes.
+  HWY_INLINE MI over(MI active) const {
+    return hn::And(active, hn::Gt(hn::Add(path_.node, hn::Add(nodes_, nodes_)), last_));
+  }
+
+  /// Two steps of every active lane; returns those that were passed. That all pass, and go on with the steps
+  /// they have, is left to branches: the processor, which foresees them, samples the next nodes before these
+  /// ones have come from memory.
   HWY_INLINE MI try_pair(MI active) {
-    // At the ray's end only as long as there are nodes.
-    for (;;) {
-      const I there = hn::Add(path_.node, hn::Add(power_of_two(level_), power_of_two(level_)));
-      const MI over = hn::And(active, hn::Gt(there, last_));
-      if (HWY_LIKELY(hn::AllFalse(DI(), over))) break;
-      level_ = hn::Sub(level_, ones(over));
+    const DI d;
+    if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Xor(active, moves_)))) set_steps(active);
+    for (MI ends = over(active); HWY_UNLIKELY(!hn::AllFalse(d, ends)); ends = over(active)) {
+      level_ = hn::Sub(level_, ones(ends));
+      set_steps(active);
     }
-    const I nodes = hn::IfThenElseZero(active, power_of_two(level_));
-    const F length = to_float(nodes);
-    const Position way = hop(level_, active);
     Position half = path_.position;
-    advance(half, way);
+    advance(half, hop_);
     Position whole = half;
-    advance(whole, way);
+    advance(whole, hop_);
     const Lights<kChannels> middle = this->sample(half), right = this->sample(whole);
     samples_ = hn::Add(samples_, hn::Add(ones(active), ones(active)));
     if (job_.shaded) {
       this->count_gradients(middle, active, path_.transmittance);
       this->count_gradients(right, active, path_.transmittance);
     }
+    const F length = to_float(nodes_);
     const F made = difference(middle, right, length);
     const F most = constant(job_.step_tolerance);
-    const MI shortest = hn::Eq(level_, hn::Zero(DI()));
+    const MI shortest = hn::Eq(level_, hn::Zero(d));
     const MI passed = hn::And(active, hn::Or(shortest, int_mask(hn::Le(made, most))));
-    const F counted = hn::IfThenElseZero(float_mask(passed), length);
+    const MI fails = hn::AndNot(passed, active);
+    const bool all = hn::AllFalse(d, fails);
+    pass(middle, right, HWY_LIKELY(all) ? length : hn::IfThenElseZero(float_mask(passed), length));
+    if (HWY_LIKELY(all)) {
+      path_.position = whole;
+      path_.node = hn::Add(path_.node, hn::Add(nodes_, nodes_));
+    } else {
+      path_.position = selected(passed, whole, path_.position);
+      path_.node = hn::Add(path_.node, hn::IfThenElseZero(passed, hn::Add(nodes_, nodes_)));
+    }
+    path_.left_node = path_.node;
+    keep(right, HWY_LIKELY(all) ? active : passed);
+    const MI smooth = hn::And(passed, int_mask(hn::Le(made, hn::Mul(most, constant(kGrowBelow)))));
+    const MI grows = hn::And(smooth, hn::Lt(level_, constant_i(job_.halvings)));
+    if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Or(grows, fails)))) {
+      level_ = hn::Sub(hn::Add(level_, ones(grows)), ones(fails));
+      set_steps(active);
+    }
+    return passed;
+  }
+
+  /// Two segments of this length (0: nothing happens).
+  HWY_INLINE void pass(const Lights<kChannels>& middle, const Lights<kChannels>& right, F length) {
     auto path = path_;
     path.left_node = path_.node;
-    path.node = hn::Add(path.node, nodes);
-    this->segment(path, middle, counted);
-    path.node = hn::Add(path.node, nodes);
-    this->segment(path, right, counted);
-    // Segments of length 0 have added nothing.
+    path.node = hn::Add(path.node, nodes_);
+    this->segment(path, middle, length);
+    path.node = hn::Add(path.node, nodes_);
+    this->segment(path, right, length);
     path_.transmittance = path.transmittance;
     for (int c = 0; c < kChannels; ++c) path_.sum[c] = path.sum[c];
-    path_.node = hn::IfThenElse(passed, path.node, path_.node);
-    path_.left_node = path_.node;
-    path_.position = selected(passed, whole, path_.position);
-    keep(right, passed);
-    const MI grows = hn::And(passed, int_mask(hn::Le(made, hn::Mul(most, constant(kGrowBelow)))));
-    const I level = hn::Sub(hn::Add(level_, ones(grows)), ones(hn::AndNot(passed, active)));
-    level_ = hn::Min(level, constant_i(job_.halvings));
-    return passed;
   }
 
   /// Lanes at a transparent node in an invisible macrocell go to the last node before the first that may be
@@ -172,6 +196,9 @@ class AdaptiveSteps : private Composite<kVoxels, true, kChannels> {
 
   I last_;   // the last node of the lattice
   I level_;  // log2 of the nodes that the next step is long
+  I nodes_;  // that, for the lanes that take it; 0 for the others
+  Position hop_;
+  MI moves_ = hn::Lt(hn::Zero(DI()), hn::Zero(DI()));  // the lanes that `nodes_` and `hop_` are set for
 };
 
 template <PacketVoxels kVoxels, int kChannels>
@@ -197,6 +224,7 @@ HWY_NOINLINE void AdaptiveSteps<kVoxels, kChannels>::leap_on(I distance) {
   skipped_ = hn::Sub(skipped_, back);
   path_.left_node = hn::IfThenElse(leaps, path_.node, path_.left_node);
   level_ = hn::IfThenElse(hn::And(leaps, hn::Gt(path_.node, start)), constant_i(job_.halvings), level_);
+  set_steps(moves_);
 }
 
 }  // namespace vol::render::HWY_NAMESPACE
