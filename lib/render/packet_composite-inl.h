@@ -111,7 +111,7 @@ class Composite {
       behind = hn::MulAdd(path.transmittance, hn::Mul(y, share), path.transmittance);
     } else {
       const F alpha = one_minus_exp2(depth);
-      share = hn::Div(alpha, hn::Max(hn::Neg(sum_y), constant(1e-30F)));
+      share = hn::Mul(alpha, reciprocal(hn::Max(hn::Neg(sum_y), constant(1e-30F))));
       behind = hn::NegMulAdd(path.transmittance, alpha, path.transmittance);
     }
     const F weight = hn::Mul(path.transmittance, share);

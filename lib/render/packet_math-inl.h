@@ -46,6 +46,19 @@ HWY_INLINE MI int_mask(M m) {
   return hn::RebindMask(DI(), m);
 }
 
+/// 1 / v for |v| in [1e-37, 1e37], to 2e-7 of it: the machine's estimate and a step of Newton's, a fraction
+/// of what a division waits for.
+HWY_INLINE F reciprocal(F v) {
+  const F r = hn::ApproximateReciprocal(v);
+  return hn::MulAdd(r, hn::NegMulAdd(v, r, constant(1.0F)), r);
+}
+/// v^-1/2 for v in [1e-37, 1e37], the same, to 3e-7.
+HWY_INLINE F reciprocal_root(F v) {
+  const F r = hn::ApproximateReciprocalSqrt(v);
+  const F rest = hn::NegMulAdd(hn::Mul(v, r), r, constant(1.0F));
+  return hn::MulAdd(hn::Mul(constant(0.5F), r), rest, r);
+}
+
 /// (2^f - 1) / f for f in [-1, 0]: a polynomial of degree 5 with relative error 9e-09 (weighted least
 /// squares, iterated to the minimax solution), so that f times it keeps the digits of small opacities.
 HWY_INLINE F exp2m1_over(F f) {

@@ -40,21 +40,23 @@ HWY_INLINE void blinn_phong(const PacketJob& job, F gx, F gy, F gz, const F* ray
   const F n0 = n[0], n1 = n[1], n2 = n[2];
   const auto dot = [](F a0, F a1, F a2, F b0, F b1, F b2)
                        HWY_ATTR { return hn::MulAdd(a0, b0, hn::MulAdd(a1, b1, hn::Mul(a2, b2))); };
-  // The largest component first scaled to 1: squares neither overflow nor vanish.
+  // First scaled by a power of two, the largest component to [1, 4): squares neither overflow nor vanish.
   const F most = hn::Max(hn::Abs(n0), hn::Max(hn::Abs(n1), hn::Abs(n2)));
   const M flat = hn::Not(hn::Gt(most, constant(0.0F)));
-  const F down = hn::Div(constant(1.0F), hn::IfThenElse(flat, constant(1.0F), most));
+  const I exponent = hn::And(hn::BitCast(DI(), most), constant_i(0x7f800000));
+  const F down =
+      hn::BitCast(DF(), hn::Max(hn::Sub(constant_i(0x7f000000), exponent), constant_i(0x00800000)));
   const F m0 = hn::Mul(n0, down), m1 = hn::Mul(n1, down), m2 = hn::Mul(n2, down);
-  const F length = hn::Sqrt(hn::Max(dot(m0, m1, m2, m0, m1, m2), constant(1e-30F)));
+  const F unit = reciprocal_root(hn::Max(dot(m0, m1, m2, m0, m1, m2), constant(1e-30F)));
   F n_dot_l, n_dot_h;
   if (job.headlight) {  // L = V = H
-    n_dot_l = n_dot_h = hn::Div(hn::Abs(dot(m0, m1, m2, ray[0], ray[1], ray[2])), length);
+    n_dot_l = n_dot_h = hn::Mul(hn::Abs(dot(m0, m1, m2, ray[0], ray[1], ray[2])), unit);
   } else {
     const F l0 = constant(job.light[0]), l1 = constant(job.light[1]), l2 = constant(job.light[2]);
     const F h0 = hn::Sub(l0, ray[0]), h1 = hn::Sub(l1, ray[1]), h2 = hn::Sub(l2, ray[2]);
-    const F h = hn::Sqrt(dot(h0, h1, h2, h0, h1, h2));
-    n_dot_l = hn::Div(hn::Abs(dot(m0, m1, m2, l0, l1, l2)), length);
-    n_dot_h = hn::Div(hn::Abs(dot(m0, m1, m2, h0, h1, h2)), hn::Max(hn::Mul(h, length), constant(1e-30F)));
+    const F half = reciprocal_root(hn::Max(dot(h0, h1, h2, h0, h1, h2), constant(1e-30F)));
+    n_dot_l = hn::Mul(hn::Abs(dot(m0, m1, m2, l0, l1, l2)), unit);
+    n_dot_h = hn::Mul(hn::Mul(hn::Abs(dot(m0, m1, m2, h0, h1, h2)), half), unit);
   }
   diffuse = hn::MulAdd(constant(job.diffuse), n_dot_l, constant(job.ambient));
   const F logarithm = log2_positive(hn::Max(hn::Min(n_dot_h, constant(1.0F)), constant(1e-30F)));
