@@ -3,6 +3,7 @@
 
 #include "base/buffer.h"
 #include "index/macrocells.h"
+#include "render/extinction_pieces.h"
 #include "volume/voxel_type.h"
 
 namespace vol::render {
@@ -28,13 +29,18 @@ struct PacketTransfer {
   float steepest = 0;    ///< smallest y of a whole segment (most negative)
   float densest = 0;     ///< preintegrated and split: no node's y is below (opacity 1 apart)
   Buffer<float> splits;  ///< value, +infinity where none; by bucket
-  /// By line. {y, dy}: log2 of a node's share of a step's transmittance, y + dy w + bend w^2; or, with
-  /// `logarithm`, {opacity, slope, 1 - opacity, slope}.
+  /// By line. {y, dy}: log2 of a node's share of a step's transmittance; or, with `logarithm`, {opacity,
+  /// slope, 1 - opacity, slope}.
   Buffer<float> extinctions;
-  Buffer<float> bends;    ///< by line; empty: none
   Buffer<float> colours;  ///< by line: r, dr, g, dg, b, db; empty when affine
-  // Colour of few pieces, as tables that fit into registers: piece k begins at the value from[k] and has the
-  // colour at[c][k] + slope[c][k] (value - from[k]).
+  // Extinction of few pieces, as tables that fit into registers: piece k begins at the value ramp_from[k] and
+  // has y = ramp[0][k] + ramp[1][k] x + ..., x = (value - ramp_origin[k]) ramp_scale (extinction_pieces.h).
+  int ramps = 0;         ///< 0: more than kMaxLanes
+  float ramp_scale = 0;  ///< 1 / (hi - lo)
+  alignas(64) float ramp_from[kMaxLanes]{};
+  alignas(64) float ramp_origin[kMaxLanes]{}, ramp[ExtinctionPiece::kDegree + 1][kMaxLanes]{};
+  // Colour of few pieces, the same: piece k begins at the value from[k] and has the colour
+  // at[c][k] + slope[c][k] (value - from[k]).
   static constexpr int kFewPieces = 8;
   int pieces = 0;  ///< 0: more than kFewPieces, or one line in all (affine)
   alignas(64) float from[kMaxLanes]{};

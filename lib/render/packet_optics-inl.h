@@ -6,6 +6,8 @@
 #define VOL_RENDER_PACKET_OPTICS_INL_H_
 #endif
 
+#include <bit>
+
 #include "render/packet_job.h"
 #include "render/packet_sampling-inl.h"
 
@@ -99,16 +101,48 @@ HWY_INLINE F table_coordinate(const PacketTransfer& t, F value) {
   return hn::Min(hn::Max(u, constant(0.0F)), constant(t.last));
 }
 
+/// Whether a table of this many entries fits two registers.
+HWY_INLINE bool in_registers(int entries) {
+  return entries > 0 && entries <= 2 * static_cast<int>(hn::Lanes(DF()));
+}
+
+/// By lane, an entry of such a table of kMaxLanes numbers: no load waits for the value.
+struct Entry {
+  decltype(hn::IndicesFromVec(DF(), I())) lane;
+  M second;  // in the second register, where one does not hold all
+};
+HWY_INLINE Entry entry(I number) {
+  const I last = constant_i(static_cast<int>(hn::Lanes(DI())) - 1);
+  return {hn::IndicesFromVec(DF(), hn::And(number, last)), float_mask(hn::Gt(number, last))};
+}
+HWY_INLINE F at(const float* table, const Entry& which) {
+  const DF d;
+  const F first = hn::TableLookupLanes(hn::Load(d, table), which.lane);
+  if (hn::Lanes(d) == kMaxLanes) return first;
+  const F second = hn::TableLookupLanes(hn::Load(d, table + hn::Lanes(d)), which.lane);
+  return hn::IfThenElse(which.second, second, first);
+}
+
+/// The piece a value lies in, of those that begin at from[k]: by halving. Behind the last piece `from` is
+/// infinite, up to a power of two.
+HWY_INLINE Entry piece_of(const float* from, int pieces, F value) {
+  I piece = hn::Zero(DI());
+  for (int half = static_cast<int>(std::bit_ceil(static_cast<unsigned>(pieces))) / 2; half > 0; half /= 2) {
+    const I probe = hn::Or(piece, constant_i(half));
+    piece = hn::IfThenElse(int_mask(hn::Ge(value, at(from, entry(probe)))), probe, piece);
+  }
+  return entry(piece);
+}
+
 /// Where a value is looked up: a line of the tables, w from where its bucket begins.
 struct TablePlace {
-  F u, w;
+  F w;
   I line;
 };
-HWY_INLINE TablePlace table_place(const PacketTransfer& t, F value) {
+HWY_INLINE TablePlace table_place(const PacketTransfer& t, F value, F u) {
   TablePlace place;
-  place.u = table_coordinate(t, value);
-  const F bucket = hn::Floor(place.u);
-  place.w = hn::Sub(place.u, bucket);
+  const F bucket = hn::Floor(u);
+  place.w = hn::Sub(u, bucket);
   place.line = small_integer(bucket);
   if (t.split) {
     const F split = hn::GatherIndex(DF(), t.splits.data(), place.line);
@@ -118,8 +152,18 @@ HWY_INLINE TablePlace table_place(const PacketTransfer& t, F value) {
   return place;
 }
 
-/// The y of a node. A line's rounding may leave it above 0, beside a point between transparent and not:
-/// light would be emitted without end there.
+/// The y of a node, from registers. Its rounding may leave it above 0, as that of the tables.
+HWY_INLINE F extinction_of_few(const PacketTransfer& t, F value) {
+  constexpr int kDegree = ExtinctionPiece::kDegree;
+  const Entry piece = piece_of(t.ramp_from, t.ramps, value);
+  const F x = hn::Mul(hn::Sub(value, at(t.ramp_origin, piece)), constant(t.ramp_scale));
+  F y = at(t.ramp[kDegree], piece);
+  for (int j = kDegree - 1; j >= 0; --j) y = hn::MulAdd(y, x, at(t.ramp[j], piece));
+  return hn::Min(y, constant(0.0F));
+}
+
+/// The y of a node, from the tables. A line's rounding may leave it above 0, beside a point between
+/// transparent and not: light would be emitted without end there.
 HWY_INLINE F extinction_at(const PacketTransfer& t, const TablePlace& place) {
   const F w = place.w;
   if (HWY_UNLIKELY(t.logarithm)) {
@@ -134,62 +178,69 @@ HWY_INLINE F extinction_at(const PacketTransfer& t, const TablePlace& place) {
     const F y = hn::Min(hn::Mul(logarithm, constant(t.exponent)), constant(0.0F));
     return hn::IfThenElse(hn::Le(clear, constant(0.0F)), constant(kOpaque), y);
   }
-  F y, slope;
-  load_pairs(t.extinctions.data(), place.line, y, slope);
-  if (!t.bends.empty()) slope = hn::MulAdd(hn::GatherIndex(DF(), t.bends.data(), place.line), w, slope);
-  return hn::Min(hn::MulAdd(slope, w, y), constant(0.0F));
+  return hn::Min(on_line(t.extinctions.data(), place.line, w), constant(0.0F));
 }
 
-/// A colour of few pieces, from registers: no load waits for the value.
-HWY_INLINE void colour_of_few(const PacketTransfer& t, F value, F* q) {
-  I piece = hn::Zero(DI());
-  for (int k = 1; k < t.pieces; ++k) {
-    const MI behind = int_mask(hn::Ge(value, constant(t.from[k])));
-    piece = hn::Add(piece, hn::IfThenElseZero(behind, constant_i(1)));
-  }
-  const auto in = hn::IndicesFromVec(DF(), piece);
-  const auto entry = [&](const float* table)
-                         HWY_ATTR { return hn::TableLookupLanes(hn::Load(DF(), table), in); };
-  const F beyond = hn::Sub(value, entry(t.from));
-  for (int c = 0; c < 3; ++c) q[c] = hn::MulAdd(entry(t.slope[c]), beyond, entry(t.at[c]));
-}
-
-/// As q the colour, or u where there is one channel.
+/// The transfer function at a value: y, then the colour if it is asked for.
 template <int kChannels>
-HWY_INLINE void colour_at(const PacketTransfer& t, F value, const TablePlace& place, F* q) {
-  if constexpr (kChannels == 1) {
-    q[0] = place.u;
-  } else if (t.affine) {
-    for (int c = 0; c < 3; ++c) q[c] = hn::MulAdd(constant(t.colour1[c]), place.u, constant(t.colour0[c]));
-  } else if (t.pieces > 0 && t.pieces <= static_cast<int>(hn::Lanes(DF()))) {
-    colour_of_few(t, value, q);
-  } else {
-    const I three = hn::Add(hn::Add(place.line, place.line), place.line);
-    for (int c = 0; c < 3; ++c) q[c] = on_line(t.colours.data() + 2 * c, three, place.w);
+class Look {
+ public:
+  HWY_INLINE Look(const PacketTransfer& t, F value)
+      : t_(t), value_(value), few_(in_registers(t.ramps)), few_colours_(in_registers(t.pieces)) {
+    u_ = table_coordinate(t, value);
+    if (!few_ || !(kChannels == 1 || t.affine || few_colours_)) place_ = table_place(t, value, u_);
   }
-}
+
+  [[nodiscard]] HWY_INLINE F extinction() const {
+    return few_ ? extinction_of_few(t_, value_) : extinction_at(t_, place_);
+  }
+
+  /// As q the colour, or u where there is one channel.
+  HWY_INLINE void colour(F* q) const {
+    if constexpr (kChannels == 1) {
+      q[0] = u_;
+    } else if (t_.affine) {
+      for (int c = 0; c < 3; ++c) q[c] = hn::MulAdd(constant(t_.colour1[c]), u_, constant(t_.colour0[c]));
+    } else if (few_colours_) {
+      const Entry piece = piece_of(t_.from, t_.pieces, value_);
+      const F beyond = hn::Sub(value_, at(t_.from, piece));
+      for (int c = 0; c < 3; ++c) {
+        q[c] = hn::MulAdd(at(t_.slope[c], piece), beyond, at(t_.at[c], piece));
+      }
+    } else {
+      const I three = hn::Add(hn::Add(place_.line, place_.line), place_.line);
+      for (int c = 0; c < 3; ++c) q[c] = on_line(t_.colours.data() + 2 * c, three, place_.w);
+    }
+  }
+
+ private:
+  const PacketTransfer& t_;
+  F value_, u_;
+  TablePlace place_;
+  bool few_, few_colours_;
+};
 
 /// The transfer function at a value: y, and as q the colour, or u where there is one channel.
 template <int kChannels>
 HWY_INLINE void look_up(const PacketTransfer& t, F value, F& y, F* q) {
-  const TablePlace place = table_place(t, value);
-  y = extinction_at(t, place);
-  colour_at<kChannels>(t, value, place, q);
+  const Look<kChannels> look(t, value);
+  y = look.extinction();
+  look.colour(q);
 }
 
 template <int kChannels, class S>
 HWY_INLINE Lights<kChannels> lights(const PacketJob& job, F value, const S& sampler, const F* ray) {
   Lights<kChannels> node;
   F q[kChannels];
-  const TablePlace place = table_place(job.transfer, value);
-  node.y = extinction_at(job.transfer, place);
+  const Look<kChannels> look(job.transfer, value);
+  node.y = look.extinction();
   if constexpr (kChannels == 3) {  // no colour where no lane has anything to show
     if (hn::AllTrue(DF(), hn::Eq(node.y, constant(0.0F)))) {
       for (int c = 0; c < 3; ++c) node.yq[c] = hn::Zero(DF());
       return node;
     }
   }
-  colour_at<kChannels>(job.transfer, value, place, q);
+  look.colour(q);
   if constexpr (kChannels == 3) {
     if (job.shaded) {
       F gx, gy, gz, diffuse, specular;

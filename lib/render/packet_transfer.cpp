@@ -24,10 +24,9 @@ std::int32_t first_count(double range, bool integral) {
 struct Line {
   double opacity0, opacity1;  ///< extrapolated to the bucket's ends
   double y0, y1;              ///< chord of log2(1 - opacity), the same
-  double bend, bend0, bend1;  ///< half its second derivative by w, and what a parabola adds at the ends
   Vec3 colour0, colour1;
   double used0, used1;  ///< opacities at the ends of the part in use
-  bool straight, bent;  ///< y is accurate enough as the chord; as a parabola
+  bool straight;        ///< y is accurate enough as the chord
 };
 
 /// The interval's line over a bucket [a, b] of values, used in [from, to] of it.
@@ -42,31 +41,22 @@ Line line_over(const OpticsInterval& interval, double a, double b, double from, 
     std::tie(line.opacity0, line.opacity1) = extrapolated(o0, o1);
     const Vec3 c0 = interval.colour(from), c1 = interval.colour(to);
     for (int c = 0; c < 3; ++c) std::tie(line.colour0[c], line.colour1[c]) = extrapolated(c0[c], c1[c]);
-    // The chord of -log(1 - a) errs by an eighth of its second derivative, at most q^2, q = da / (1 - a). A
-    // parabola through its ends, bent as in the middle, errs by the maximum 0.0481 of |x (x^2 - 1/4)| times a
-    // sixth of its third, at most 2 q^3 and for small q constant: by 0.016 q^3.
-    const double change = line.opacity1 - line.opacity0, middle = 0.5 * (o0 + o1);
-    const double q = std::abs(change) / (1 - std::max(o0, o1));
-    const double w0 = (from - a) / (b - a), w1 = (to - a) / (b - a), slope = change / (1 - middle);
+    // The chord of -log(1 - a) errs by an eighth of its second derivative, at most q^2, q = da / (1 - a).
     std::tie(line.y0, line.y1) = extrapolated(std::log2(1 - o0), std::log2(1 - o1));
-    line.bend = -0.5 / std::log(2.0) * slope * slope;
-    line.bend0 = line.bend * w0 * w1;
-    line.bend1 = line.bend * (1 - w0) * (1 - w1);
     line.used0 = o0;
     line.used1 = o1;
-    const double most = std::max(1e-9, 2e-6 * -std::log1p(-middle));
-    const double chord = (o1 - o0) / (1 - std::max(o0, o1));
-    line.straight = std::max(o0, o1) < 1 && chord * chord / 8 <= most;
-    line.bent = std::max(o0, o1) < 1 && q < 0.1 && 0.02 * q * q * q <= most;
+    const double most = std::max(1e-9, 2e-6 * -std::log1p(-0.5 * (o0 + o1)));
+    const double q = (o1 - o0) / (1 - std::max(o0, o1));
+    line.straight = std::max(o0, o1) < 1 && q * q / 8 <= most;
   } else {
     const double y = std::log2(1 - o0);
-    line = {o0, o0, y, y, 0, 0, 0, interval.colour(from), interval.colour(from), o0, o0, o0 < 1, o0 < 1};
+    line = {o0, o0, y, y, interval.colour(from), interval.colour(from), o0, o0, o0 < 1};
   }
   return line;
 }
 
 /// False where a bucket would hold two points. `fine` tells whether extinctions may be stored as lines.
-bool fill(const Optics& optics, double lo, double hi, std::int32_t buckets, PacketTransfer& table, bool bent,
+bool fill(const Optics& optics, double lo, double hi, std::int32_t buckets, PacketTransfer& table,
           bool& fine) {
   const double width = (hi - lo) / buckets;
   const auto& points = optics.transfer().breakpoints();
@@ -95,12 +85,10 @@ bool fill(const Optics& optics, double lo, double hi, std::int32_t buckets, Pack
                     optics.intervals()[k + 1].colour_lo != optics.intervals()[k].colour_hi || table.split;
     }
   }
-  fine = std::all_of(lines.begin(), lines.end(),
-                     [&](const Line& line) { return bent ? line.bent : line.straight; });
+  fine = std::all_of(lines.begin(), lines.end(), [](const Line& line) { return line.straight; });
   const std::size_t stride = fine ? 2 : 4;
   table.logarithm = !fine;
   table.extinctions = Buffer<float>(stride * lines.size());
-  table.bends = Buffer<float>(fine && bent ? lines.size() : 0);
   table.colours = Buffer<float>(6 * lines.size());
   table.opaque = table.dense = false;
   double steepest = 0;
@@ -113,12 +101,7 @@ bool fill(const Optics& optics, double lo, double hi, std::int32_t buckets, Pack
     float* at = table.extinctions.data() + stride * l;
     if (fine) {
       const double e = table.exponent;
-      if (bent) {
-        put(at, (line.y0 + line.bend0) * e, (line.y1 + line.bend1 - line.bend) * e);
-        table.bends[l] = static_cast<float>(line.bend * e);
-      } else {
-        put(at, line.y0 * e, line.y1 * e);
-      }
+      put(at, line.y0 * e, line.y1 * e);
     } else {
       put(at, line.opacity0, line.opacity1);
       put(at + 2, 1 - line.opacity0, 1 - line.opacity1);
@@ -151,6 +134,29 @@ void find_affine(const Optics& optics, double lo, double hi, PacketTransfer& tab
   }
 }
 
+/// The first float that is not below a value.
+float float_from(double value) {
+  const auto nearest = static_cast<float>(value);
+  return nearest < value ? std::nextafter(nearest, INFINITY) : nearest;
+}
+
+/// Extinction in few pieces, where it has few.
+void find_ramps(const Optics& optics, double lo, double hi, PacketTransfer& table) {
+  const std::vector<ExtinctionPiece> found = extinction_pieces(optics, lo, hi, kMaxLanes);
+  table.ramps = static_cast<int>(found.size());
+  table.ramp_scale = static_cast<float>(1 / (hi - lo));
+  std::fill(std::begin(table.ramp_from), std::end(table.ramp_from), INFINITY);
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    table.ramp_from[k] = float_from(found[k].from);
+    table.ramp_origin[k] = static_cast<float>(found[k].origin);
+    const auto origin = static_cast<double>(table.ramp_origin[k]);
+    const ExtinctionPiece piece = found[k].around(origin, (origin - found[k].origin) / (hi - lo));
+    for (int j = 0; j <= ExtinctionPiece::kDegree; ++j) {
+      table.ramp[j][k] = static_cast<float>(piece.coefficient[j] * table.exponent);
+    }
+  }
+}
+
 /// The pieces of a colour that has few; the largest value, if it is a point, has one of its own.
 void find_pieces(const transfer::TransferFunction& transfer, double lo, double hi, PacketTransfer& table) {
   std::vector<double> starts{lo};
@@ -160,14 +166,14 @@ void find_pieces(const transfer::TransferFunction& transfer, double lo, double h
   table.pieces = 0;
   if (table.affine || starts.size() > PacketTransfer::kFewPieces) return;
   table.pieces = static_cast<int>(starts.size());
+  std::fill(std::begin(table.from), std::end(table.from), INFINITY);
   for (std::size_t k = 0; k < starts.size(); ++k) {
     // From two places inside: at its ends the colour may jump.
     const double third = ((k + 1 < starts.size() ? starts[k + 1] : hi) - starts[k]) / 3;
     const Vec3 first = transfer.colour(starts[k] + third), second = transfer.colour(starts[k] + 2 * third);
     const Vec3 slope = third > 0 ? Vec3((second - first) / third) : Vec3::Zero();
     // The first float of the piece, and its colour there.
-    table.from[k] = static_cast<float>(starts[k]);
-    if (table.from[k] < starts[k]) table.from[k] = std::nextafter(table.from[k], INFINITY);
+    table.from[k] = float_from(starts[k]);
     const double before = starts[k] + third - static_cast<double>(table.from[k]);
     for (int c = 0; c < 3; ++c) {
       table.at[c][k] = static_cast<float>(first[c] - before * slope[c]);
@@ -252,15 +258,12 @@ bool tabulate(const Optics& optics, const index::Macrocells::Range& range, bool 
   const std::int32_t fewest = first_count(hi - lo, integral);
   std::int32_t buckets = 0;
   bool fine = false;
-  for (const bool bent : {false, true}) {  // a chord is one load less, but steep ramps take more of them
-    for (buckets = fewest; buckets <= kMostForExtinction; buckets *= 2) {
-      if (fill(optics, lo, hi, buckets, table, bent, fine) && fine) break;
-    }
-    if (buckets <= kMostForExtinction) break;
+  for (buckets = fewest; buckets <= kMostForExtinction; buckets *= 2) {
+    if (fill(optics, lo, hi, buckets, table, fine) && fine) break;
   }
   if (buckets > kMostForExtinction) {  // logarithms: as coarse as the points allow
     buckets = fewest;
-    while (!fill(optics, lo, hi, buckets, table, true, fine)) {
+    while (!fill(optics, lo, hi, buckets, table, fine)) {
       buckets *= 2;
       if (buckets > kMostBuckets) return false;
     }
@@ -273,6 +276,7 @@ bool tabulate(const Optics& optics, const index::Macrocells::Range& range, bool 
   find_affine(optics, lo, hi, table);
   if (table.affine) table.colours = Buffer<float>();
   find_pieces(optics.transfer(), lo, hi, table);
+  find_ramps(optics, lo, hi, table);
   if (!std::isfinite(table.scale)) return false;
   if (rule != PacketRule::preintegrated && rule != PacketRule::split) return true;
   if (table.opaque && rule == PacketRule::preintegrated) return false;

@@ -8,11 +8,12 @@ namespace vol::render {
 /// Tabulates a transfer function over the range of the data.
 ///
 /// Opacity and colour are linear between their points, and every line of the table lies between two points,
-/// so colour is exact up to float rounding; a colour of few pieces has a line a piece besides, for registers.
-/// Extinction -log(1 - a) is not linear: the table is made fine enough that its chords, or where these would
-/// be too many parabolas, err by at most 2e-6 of the extinction (or 1e-9 for one reference length); where
-/// 16384 buckets are not enough, near opacity 1, the lines hold the opacity itself and the kernel takes the
-/// logarithm. An error of e of the extinction changes a ray's colour by at most e max(tau e^-tau) = 0.37 e.
+/// so colour is exact up to float rounding. Extinction -log(1 - a) is not linear: the table is made fine
+/// enough that its chords err by at most 2e-6 of the extinction (or 1e-9 for one reference length); where
+/// 16384 buckets are not enough, the lines hold the opacity itself and the kernel takes the logarithm. An
+/// error of e of the extinction changes a ray's colour by at most e max(tau e^-tau) = 0.37 e. Besides, for
+/// registers, a colour of few pieces as a line a piece, and an extinction of few as polynomials
+/// (extinction_pieces.h).
 ///
 /// \param integral   the data are integers: buckets are aligned to them where the range allows
 /// \param steps      length of a step over the reference length
