@@ -91,13 +91,17 @@ HWY_INLINE F crossing(const Cubic& p, F from, F to, F value_from, F value_to, F 
     lo = hn::IfThenElse(before, s, lo);
     hi = hn::IfThenElse(before, hi, s);
     const F slope = p.slope(s);
-    const F next =
-        hn::Sub(s, hn::Div(over, hn::IfThenElse(hn::Eq(slope, constant(0.0F)), constant(1e-30F), slope)));
+    const F run = reciprocal(hn::IfThenElse(hn::Eq(slope, constant(0.0F)), constant(1e-30F), slope));
+    const F next = hn::NegMulAdd(over, run, s);
     const M good = hn::And(hn::Ge(next, lo), hn::Le(next, hi));
     const F moved = hn::IfThenElse(good, next, hn::Mul(constant(0.5F), hn::Add(lo, hi)));
     const F by = hn::Abs(hn::Sub(moved, s));
+    // What a Newton step leaves of an error of `by`: p'' / (2 p') by^2.
+    const F bends = hn::Mul(hn::MulAdd(hn::Mul(constant(3.0F), p.c[3]), s, p.c[2]), run);
+    const F rest = hn::Abs(hn::Mul(hn::Mul(by, by), bends));
     s = moved;
-    if (hn::AllTrue(DF(), hn::Le(by, constant(1e-7F)))) break;
+    const M there = hn::Or(hn::Le(by, constant(1e-7F)), hn::And(good, hn::Le(rest, constant(2e-8F))));
+    if (hn::AllTrue(DF(), there)) break;
   }
   return s;
 }

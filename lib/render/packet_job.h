@@ -49,7 +49,12 @@ struct PacketTransfer {
   // Preintegrated and split: the values at which a segment is cut; interval k lies between cuts k - 1 and k.
   Buffer<float> cuts;              ///< ascending, then +infinity
   Buffer<std::int32_t> first_cut;  ///< by bucket: an interval at or below that of the bucket's start
-  Buffer<float> peaks;             ///< values at which the opacity touches 1 between lower ones
+  // The same for few intervals, as tables that fit into registers: the cut beneath (-infinity where none),
+  // the cut above, clarity.
+  int intervals = 0;  ///< 0: more than kMaxLanes
+  alignas(64) float beneath[kMaxLanes]{};
+  alignas(64) float above[kMaxLanes]{}, clear_for[kMaxLanes]{};
+  Buffer<float> peaks;  ///< values at which the opacity touches 1 between lower ones
   Buffer<float>
       clarity;  ///< by interval: steps over which log2 T falls by at most 1; 1e30 where clear, 0 where opaque
 };

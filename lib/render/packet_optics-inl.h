@@ -123,15 +123,15 @@ HWY_INLINE F at(const float* table, const Entry& which) {
   return hn::IfThenElse(which.second, second, first);
 }
 
-/// The piece a value lies in, of those that begin at from[k]: by halving. Behind the last piece `from` is
-/// infinite, up to a power of two.
-HWY_INLINE Entry piece_of(const float* from, int pieces, F value) {
+/// The number of the piece a value lies in, of those that begin at from[k]: by halving. Behind the last piece
+/// `from` is infinite, up to a power of two.
+HWY_INLINE I piece_of(const float* from, int pieces, F value) {
   I piece = hn::Zero(DI());
   for (int half = static_cast<int>(std::bit_ceil(static_cast<unsigned>(pieces))) / 2; half > 0; half /= 2) {
     const I probe = hn::Or(piece, constant_i(half));
     piece = hn::IfThenElse(int_mask(hn::Ge(value, at(from, entry(probe)))), probe, piece);
   }
-  return entry(piece);
+  return piece;
 }
 
 /// Where a value is looked up: a line of the tables, w from where its bucket begins.
@@ -155,7 +155,7 @@ HWY_INLINE TablePlace table_place(const PacketTransfer& t, F value, F u) {
 /// The y of a node, from registers. Its rounding may leave it above 0, as that of the tables.
 HWY_INLINE F extinction_of_few(const PacketTransfer& t, F value) {
   constexpr int kDegree = ExtinctionPiece::kDegree;
-  const Entry piece = piece_of(t.ramp_from, t.ramps, value);
+  const Entry piece = entry(piece_of(t.ramp_from, t.ramps, value));
   const F x = hn::Mul(hn::Sub(value, at(t.ramp_origin, piece)), constant(t.ramp_scale));
   F y = at(t.ramp[kDegree], piece);
   for (int j = kDegree - 1; j >= 0; --j) y = hn::MulAdd(y, x, at(t.ramp[j], piece));
@@ -202,7 +202,7 @@ class Look {
     } else if (t_.affine) {
       for (int c = 0; c < 3; ++c) q[c] = hn::MulAdd(constant(t_.colour1[c]), u_, constant(t_.colour0[c]));
     } else if (few_colours_) {
-      const Entry piece = piece_of(t_.from, t_.pieces, value_);
+      const Entry piece = entry(piece_of(t_.from, t_.pieces, value_));
       const F beyond = hn::Sub(value_, at(t_.from, piece));
       for (int c = 0; c < 3; ++c) {
         q[c] = hn::MulAdd(at(t_.slope[c], piece), beyond, at(t_.at[c], piece));

@@ -42,12 +42,30 @@ struct Gauss<3> {
 /// last).
 HWY_INLINE I interval_of(const PacketTransfer& t, F value) {
   value = hn::Min(value, constant(std::numeric_limits<float>::max()));
+  if (in_registers(t.intervals)) return piece_of(t.beneath, t.intervals, value);
   I k = hn::GatherIndex(DI(), t.first_cut.data(), truncated(table_coordinate(t, value)));
   for (;;) {
     const MI beyond = int_mask(hn::Ge(value, hn::GatherIndex(DF(), t.cuts.data(), k)));
     if (hn::AllFalse(DI(), beyond)) return k;
     k = hn::Add(k, hn::IfThenElseZero(beyond, constant_i(1)));
   }
+}
+
+/// Steps over which log2 T falls by at most 1 in an interval; 1e30 where clear, 0 where opaque.
+HWY_INLINE F clarity_of(const PacketTransfer& t, I k) {
+  if (in_registers(t.intervals)) return at(t.clear_for, entry(k));
+  return hn::GatherIndex(DF(), t.clarity.data(), k);
+}
+/// The cuts that bound an interval; infinite at the ends.
+HWY_INLINE F cut_above(const PacketTransfer& t, I k) {
+  if (in_registers(t.intervals)) return at(t.above, entry(k));
+  return hn::GatherIndex(DF(), t.cuts.data(), k);
+}
+HWY_INLINE F cut_beneath(const PacketTransfer& t, I k) {
+  if (in_registers(t.intervals)) return at(t.beneath, entry(k));
+  const F cut = hn::GatherIndex(DF(), t.cuts.data(), hn::Max(hn::Sub(k, constant_i(1)), hn::Zero(DI())));
+  const M lowest = float_mask(hn::Eq(k, hn::Zero(DI())));
+  return hn::IfThenElse(lowest, constant(-std::numeric_limits<float>::infinity()), cut);
 }
 
 /// What a ray has gathered so far.
@@ -98,7 +116,7 @@ HWY_INLINE PieceLight<kChannels> piece_light(const PacketTransfer& t, const F* v
     total = hn::Add(total, weight);
     for (int c = 0; c < kChannels; ++c) sum[c] = hn::MulAdd(weight, q[i][c], sum[c]);
   }
-  const F share = hn::Div(light.alpha, hn::Min(total, constant(-1e-30F)));
+  const F share = hn::Mul(light.alpha, reciprocal(hn::Min(total, constant(-1e-30F))));
   for (int c = 0; c < kChannels; ++c) light.emitted[c] = hn::Mul(share, sum[c]);
   return light;
 }

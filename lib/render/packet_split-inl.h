@@ -6,8 +6,6 @@
 #define VOL_RENDER_PACKET_SPLIT_INL_H_
 #endif
 
-#include <limits>
-
 #include "render/packet_budget-inl.h"
 #include "render/packet_cubic-inl.h"
 #include "render/packet_light-inl.h"
@@ -93,16 +91,17 @@ class Split {
     const PacketTransfer& t = job_.transfer;
     F lo, hi;
     hull(p, lo, hi);
-    const I lowest = interval_of(t, lo), highest = interval_of(t, hi);
+    const I lowest = interval_of(t, lo);
+    const M one_interval = hn::Lt(hi, cut_above(t, lowest));
     const M some = hn::Gt(length, constant(0.0F));
-    M whole = hn::Or(hn::Not(some), float_mask(hn::Eq(lowest, highest)));
+    M whole = hn::Or(hn::Not(some), one_interval);
     if (kChannels == 3 && job_.shaded && job_.headlight) {
       // Light along the ray has a kink where the field's slope along it changes sign.
       F turn, second;
       turns(p, turn, second);
       whole = hn::And(whole, hn::Or(hn::Not(some), hn::Gt(turn, constant(1.0F))));
     }
-    const F clarity = hn::GatherIndex(DF(), t.clarity.data(), lowest);
+    const F clarity = clarity_of(t, lowest);
     M done = hn::Not(some);
     if (HWY_UNLIKELY(!t.peaks.empty())) done = hn::Or(done, enter_peaks(p, length, some, lamp));
     if (HWY_LIKELY(hn::AllTrue(DF(), hn::Or(done, hn::And(whole, hn::Ge(clarity, length)))))) {
@@ -163,12 +162,11 @@ class Split {
   /// entered.
   static HWY_INLINE I interval_below(const PacketTransfer& t, const Cubic& p, I k) {
     const F zero = hn::Zero(DF());
-    const F cut = hn::GatherIndex(DF(), t.cuts.data(), hn::Max(hn::Sub(k, constant_i(1)), hn::Zero(DI())));
     const M falls =
         hn::Or(hn::Lt(p.c[1], zero),
                hn::And(hn::Eq(p.c[1], zero),
                        hn::Or(hn::Lt(p.c[2], zero), hn::And(hn::Eq(p.c[2], zero), hn::Lt(p.c[3], zero)))));
-    const M on_cut = hn::And(float_mask(hn::Gt(k, hn::Zero(DI()))), hn::Eq(p.c[0], cut));
+    const M on_cut = hn::Eq(p.c[0], cut_beneath(t, k));
     return hn::Sub(k, hn::IfThenElseZero(int_mask(hn::And(on_cut, falls)), constant_i(1)));
   }
 
@@ -176,7 +174,7 @@ class Split {
   HWY_NOINLINE void pass_in_pieces(const Cubic& p, F length, M done, CellLight<kVoxels>& lamp) {
     const PacketTransfer& t = job_.transfer;
     const F one = constant(1.0F);
-    const F per_length = hn::Div(one, hn::Max(length, constant(1e-20F)));
+    const F per_length = reciprocal(hn::Max(length, constant(1e-20F)));
     F turn, second;
     turns(p, turn, second);
     F from = hn::IfThenElseZero(done, one);
@@ -186,7 +184,7 @@ class Split {
     I k = interval_below(t, p, interval_of(t, value));
     do {
       const M open = hn::Lt(from, one);
-      const F clarity = hn::GatherIndex(DF(), t.clarity.data(), k);
+      const F clarity = clarity_of(t, k);
       const M opaque = hn::And(open, hn::Eq(clarity, hn::Zero(DF())));
       if (HWY_UNLIKELY(!hn::AllFalse(DF(), opaque))) {
         // From above, the cut itself belongs to the interval left.
@@ -200,11 +198,7 @@ class Split {
       const F end = hn::IfThenElse(hn::Lt(from, turn), hn::Min(turn, one),
                                    hn::IfThenElse(hn::Lt(from, second), hn::Min(second, one), one));
       const F value_end = p(end);
-      const F upper = hn::GatherIndex(DF(), t.cuts.data(), k);
-      const F beneath =
-          hn::GatherIndex(DF(), t.cuts.data(), hn::Max(hn::Sub(k, constant_i(1)), hn::Zero(DI())));
-      const F lower = hn::IfThenElse(float_mask(hn::Eq(k, hn::Zero(DI()))),
-                                     constant(-std::numeric_limits<float>::infinity()), beneath);
+      const F upper = cut_above(t, k), lower = cut_beneath(t, k);
       const M rises = hn::Ge(value_end, upper), falls = hn::Lt(value_end, lower);
       const M cuts = hn::Or(rises, falls);
       const F cut = hn::IfThenElse(rises, upper, lower);

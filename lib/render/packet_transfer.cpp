@@ -236,6 +236,14 @@ void set_cuts(const Optics& optics, double lo, double hi, PacketTransfer& table)
   cuts.back() = std::numeric_limits<float>::infinity();
   table.cuts.assign(cuts.begin(), cuts.end());
   table.clarity.assign(clarity.begin(), clarity.end());
+  table.intervals = cuts.size() <= kMaxLanes ? static_cast<int>(cuts.size()) : 0;
+  std::fill(std::begin(table.beneath), std::end(table.beneath), INFINITY);
+  table.beneath[0] = -INFINITY;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(table.intervals); ++k) {
+    if (k > 0) table.beneath[k] = cuts[k - 1];
+    table.above[k] = cuts[k];
+    table.clear_for[k] = clarity[k];
+  }
   table.first_cut = Buffer<std::int32_t>(static_cast<std::size_t>(table.buckets));
   std::int32_t k = 0;
   for (std::int32_t b = 0; b < table.buckets; ++b) {
