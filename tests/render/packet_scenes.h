@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "base/rng.h"
 #include "render/options.h"
@@ -48,6 +49,19 @@ inline Scene packet_scene(double full, double most_opaque = 0.5, double lowest =
       {{at(0), {0.1, 0.2, 0.9}}, {at(0.4), {0.9, 0.3, 0.1}}, {at(1), {1, 0.9, 0.6}}},
       {{at(0), 0}, {at(0.3), 0}, {at(0.55), most_opaque}, {at(1), most_opaque}});
   return scene;
+}
+
+/// Opacities of 0 to 255 with `points` points, a jump among them, and ramps steep enough to be cut in
+/// several.
+inline std::vector<transfer::OpacityPoint> packet_ramps(int points, Rng& rng) {
+  std::vector<transfer::OpacityPoint> opacities;
+  for (int k = 0; k < points; ++k) {
+    const double value = 10 + (k + 0.7 * rng.uniform()) * 230 / points;
+    const double opacity = rng.uniform() < 0.3 ? 0 : 0.8 * rng.uniform();
+    opacities.push_back({value, k == points / 2 ? 0.4 : opacity});
+    if (k == points / 3) opacities.push_back({value, 0.1});
+  }
+  return opacities;
 }
 
 /// Grey soft scene: opacity and colour one line.

@@ -238,14 +238,7 @@ TEST_P(PacketRule, AgreesForExtinctionsOfAnyNumberOfPieces) {
   Rng rng(9);
   for (const int points : {1, 2, 3, 5, 8, 9, 14, 20}) {
     Scene scene = packet_scene(255);
-    std::vector<transfer::OpacityPoint> opacities;
-    const auto opacity = [&] { return rng.uniform() < 0.3 ? 0 : 0.8 * rng.uniform(); };
-    for (int k = 0; k < points; ++k) {
-      const double value = 10 + (k + 0.7 * rng.uniform()) * 230 / points;
-      opacities.push_back({value, k == points / 2 ? 0.4 : opacity()});
-      if (k == points / 3) opacities.push_back({value, 0.1});  // a jump
-    }
-    scene.transfer = transfer::TransferFunction(scene.transfer.colours(), opacities);
+    scene.transfer = transfer::TransferFunction(scene.transfer.colours(), packet_ramps(points, rng));
     SCOPED_TRACE(points);
     on_every_instruction_set([&] { expect_oracle(v, scene, options); });
   }
