@@ -120,13 +120,32 @@ class Pareto(unittest.TestCase):
             for s, b, m, t in [("u1", True, 1, 1), ("u2", True, .1, 2), ("u3", True, .01, 9), ("o1", False, .05, 3), ("o2", False, .5, 1)]]
 
     def test_contenders_are_the_fastest_that_keep_the_error(self):
-        self.assertEqual(set(pareto.contenders(self.RUNS, [1], 1)), {"u1", "o2"})
-        self.assertEqual(set(pareto.contenders(self.RUNS, [.1], 1)), {"u2", "o1"})
-        self.assertEqual(set(pareto.contenders(self.RUNS, [.02], 2)), {"u3"})
+        def chosen(target, count):
+            return set(pareto.contenders(self.RUNS, {"targets": [target], "limit_s": 10}, count))
+        self.assertEqual(chosen(1, 1), {"u1", "o2"})
+        self.assertEqual(chosen(.1, 1), {"u2", "o1"})
+        self.assertEqual(chosen(.02, 2), {"u3"})
+
+    def test_where_uniform_sampling_misses_the_error_its_most_accurate_stands_in(self):
+        runs = [*self.RUNS, {"setting": "u4", "baseline": True, "mse": .0105, "seconds": 8},
+                {"setting": "slow", "baseline": True, "mse": .001, "seconds": 99}, {"setting": "o3", "baseline": False, "mse": 1e-4, "seconds": 4}]
+        chosen = pareto.contenders(runs, {"targets": [1e-3 / 2], "limit_s": 10}, 2)
+        self.assertEqual(set(chosen), {"u4", "o3"})  # as accurate as u3 but for a tenth, and faster; "slow" is left out
+        runs = [r | {"method": r["setting"], "index_s": None} for r in runs]
+        times = {"2": {name: {"screened": 1, "rounds": [r["seconds"]] * 9} for name, r in chosen.items()}}
+        row, = pareto_table.equal_error({"targets": [5e-4]}, {"a/b": (runs, times)})
+        self.assertEqual((row["uniform"], row["other"], row["ratio"], row["reached"]), ("u4", "o3", (2, 2, 2), False))
+        self.assertIn("over 2.00", pareto_table.equal_error_table([row]))
+
+    def test_a_median_is_a_bound_where_a_bound_lies_below_it(self):
+        def row(ratio, reached):
+            return {"group": "a/b", "target": 1, "threads": "2", "ratio": (ratio,) * 3, "reached": reached}
+        self.assertIn("| 3 | 1 | 2.00 |", pareto_table.summary([row(1, True), row(2, True), row(3, False)]))
+        self.assertIn("| 3 | 1 | over 2.00 |", pareto_table.summary([row(1, False), row(2, True), row(3, True)]))
 
     def test_screening_takes_the_shortest_of_several_times(self):
         sequence = iter([3, 5, 4, 1, 9, 9])  # of u1, u2, o2 and again
-        asked = {"targets": [1], "screened": 2, "screenings": 2}
+        asked = {"targets": [1], "screened": 2, "screenings": 2, "limit_s": 10}
         found = pareto.screened(self.RUNS[:2] + self.RUNS[4:], asked, lambda run: next(sequence))
         self.assertEqual([(run["setting"], run["seconds"]) for run in found], [("u1", 1), ("u2", 5), ("o2", 4)])
 
