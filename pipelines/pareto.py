@@ -70,24 +70,25 @@ def accuracy_pass(caster, settings, asked, dataset, log):
     return runs
 
 
-def closest(runs, limit_s):
-    """Uniform sampling at its most accurate, of settings that do not take longer than `limit_s`: of those within a tenth of the
-    least error, the fastest. Where it misses a target, a setting that meets it would take longer."""
+def stand_in(runs, limit_s):
+    """Uniform sampling's most accurate setting of those that took at most `limit_s` in the first pass (of those within a tenth
+    of the least error, the fastest), or None: where uniform sampling misses a target, what met it would take longer."""
     uniform = [r for r in runs if r["baseline"]]
     able = [r for r in uniform if r["seconds"] <= limit_s] or uniform
-    least = min(r["mse"] for r in able)
-    return min((r for r in able if r["mse"] <= 1.1 * least), key=lambda r: r["seconds"])
+    least = min((r["mse"] for r in able), default=0)
+    found = min((r for r in able if r["mse"] <= 1.1 * least), key=lambda r: r["seconds"], default=None)
+    return found and found["setting"]
 
 
-def contenders(runs, asked, count):
-    """Settings to time: at each target the few fastest of uniform sampling and of the rest, by the first pass; uniform sampling
-    at its most accurate where it misses a target."""
+def contenders(runs, targets, count, standing_in):
+    """Settings to time: at each target the few fastest of uniform sampling and of the rest, by the times that `runs` hold; for
+    uniform sampling, where it misses the target, the one that stands in."""
     chosen = {}
-    for target in asked["targets"]:
+    for target in targets:
         for baseline in (True, False):
             able = [r for r in runs if r["baseline"] == baseline and r["mse"] <= target]
-            if baseline and not able and any(r["baseline"] for r in runs):
-                able = [closest(runs, asked["limit_s"])]
+            if baseline and not able:
+                able = [r for r in runs if r["setting"] == standing_in]
             for run in sorted(able, key=lambda r: r["seconds"])[:count]:
                 chosen[run["setting"]] = run
     return chosen
@@ -99,7 +100,7 @@ REPEATS = 2  # of every setting alike: the first run also pays for memory that i
 def screened(runs, asked, time):
     """The runs that may be the fastest at a target, with the shortest of several times in place of the first pass's: one
     time, of a picture drawn once, chooses badly. `time` gives the seconds of one run."""
-    rough = list(contenders(runs, asked, asked["screened"]).values())
+    rough = list(contenders(runs, asked["targets"], asked["screened"], stand_in(runs, asked["limit_s"])).values())
     found = [[time(run) for run in rough] for _ in range(asked["screenings"])]
     return [run | {"seconds": min(times)} for run, times in zip(rough, zip(*found))]
 
@@ -109,7 +110,7 @@ def time_them(caster, asked, runs, log):
     times = {}
     for threads in asked["threads"]:
         again = screened(runs, asked, lambda run: caster.seconds(run["options"], threads, REPEATS))  # noqa: B023
-        chosen = contenders(again, asked, asked["contenders"])
+        chosen = contenders(again, asked["targets"], asked["contenders"], stand_in(runs, asked["limit_s"]))
         found = rounds.interleaved({name: lambda r=run: caster.seconds(r["options"], threads, REPEATS)
                                     for name, run in chosen.items()}, asked["rounds"])
         times[str(threads)] = {name: {"screened": run["seconds"], "rounds": found[name]} for name, run in chosen.items()}

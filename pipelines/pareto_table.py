@@ -7,6 +7,7 @@ import math
 import pathlib
 import statistics
 
+import pareto
 import records
 import rounds
 import sweep
@@ -20,7 +21,8 @@ are timed again, {screenings} times, at each number of threads, and the fastest 
 is chosen for the luck that it is measured with. *Ratio*: time of the best uniform setting over that of the best other setting,
 median with its 95 % interval (order statistics); above 1 the other is faster. Uniform sampling may take any step and quadrature,
 with the same skipping of empty space and the same early terminations. Where none of its settings keeps the error, its most accurate one
-stands in: what would keep it takes longer, so the ratio is *over* what is given; in medians it counts as that. Times are of rendering
+of at most {limit_s} s stands in: finer steps take longer, so the ratio is *over* what is given; in medians it counts as that. Scenes in which the
+others miss it are in none. Times are of rendering
 alone; what an index takes to build for a scene, on all cores, stands beside them, and the ratio of a first picture, which waits for it.
 {host}.
 """
@@ -54,7 +56,7 @@ def equal_error(swept, groups):
                 uniform, other = (best(times, by_setting, b, target) for b in (True, False))
                 reached = uniform is not None
                 if not reached and other:
-                    uniform = min((s for s in times if by_setting[s]["baseline"]), key=lambda s: by_setting[s]["mse"])
+                    uniform = pareto.stand_in(runs, swept["limit_s"])
                 measured = [times[s]["rounds"] if s else [math.nan] for s in (uniform, other)]
                 ratio = rounds.ratio(*measured) if uniform and other else None
                 seconds = [statistics.median(m) for m in measured]
@@ -71,29 +73,34 @@ def equal_error_table(rows):
         if not r["uniform"]:
             return "none reaches it"
         return r["uniform"] if r["reached"] else f"none reaches it; MSE {r['mse']:.1g}: {r['uniform']}"
+    def over(r):
+        return "" if r["reached"] else "over "
     def ratio(r):
-        return ("" if r["reached"] else "over ") + rounds.shown(r["ratio"]) if r["ratio"] else "-"
+        return over(r) + rounds.shown(r["ratio"]) if r["ratio"] else "-"
     lines = [[r["group"], f"{r['target']:g}", r["threads"], uniform(r), shown_ms(r["ms"][0]),
               r["other"] or "none reaches it", shown_ms(r["ms"][1]), ratio(r),
-              shown_ms(r["build_ms"]) if r["build_ms"] else "", f"{r['first']:.2f}" if r["first"] else ""] for r in rows]
+              shown_ms(r["build_ms"]) if r["build_ms"] else "", over(r) + f"{r['first']:.2f}" if r["first"] else ""] for r in rows]
     return markdown(["scene", "MSE at most", "threads", "uniform", "ms", "other", "ms", "ratio", "index, ms", "ratio with it"], lines)
 
 
 def summary(rows):
-    """Over all scenes, without shading and with it, for each target and thread count: median ratio, and how many are slower
-    and 1.5 times as fast."""
+    """Over all scenes, without shading and with it, for each target and thread count: median ratio, and how many are slower and
+    1.5 times as fast. Where uniform sampling misses the error its ratio is a bound from below, and so is a median that has one
+    at its place or before it."""
     lines = []
     for threads, target in dict.fromkeys((r["threads"], r["target"]) for r in rows):
         for shaded in (False, True):
-            found = [r for r in rows if (r["threads"], r["target"]) == (threads, target) and r["ratio"]
+            asked = [r for r in rows if (r["threads"], r["target"]) == (threads, target)
                      and r["group"].partition("@")[0].endswith("-shaded") == shaded]
+            found = [r for r in asked if r["ratio"]]
             if found:
-                ratios = [r["ratio"] for r in found]
-                median = statistics.median(f[0] for f in ratios)
-                over = "over " if any(not r["reached"] and r["ratio"][0] <= median for r in found) else ""
+                ratios = [r["ratio"][0] for r in found]
+                over = "over " if any(not r["reached"] and r["ratio"][0] <= statistics.median_high(ratios) for r in found) else ""
                 lines.append([f"{target:g}", threads, "on" if shaded else "off", len(found), sum(not r["reached"] for r in found),
-                              f"{over}{median:.2f}", sum(f[2] < 1 for f in ratios), sum(f[0] >= 1.5 for f in ratios)])
-    return markdown(["MSE at most", "threads", "shading", "scenes", "uniform misses it", "median ratio", "slower", "1.5 times as fast"], lines)
+                              len(asked) - len(found), f"{over}{statistics.median(ratios):.2f}",
+                              sum(r["reached"] and r["ratio"][2] < 1 for r in found), sum(ratio >= 1.5 for ratio in ratios)])
+    return markdown(["MSE at most", "threads", "shading", "scenes", "uniform misses it", "others miss it", "median ratio", "slower",
+                     "1.5 times as fast"], lines)
 
 
 def sizes(swept):
