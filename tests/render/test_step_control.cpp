@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "base/parallel.h"
 #include "fields.h"
 #include "instruction_sets.h"
 #include "packet_oracle.h"
@@ -222,16 +221,34 @@ TEST(StepControl, LongRaysHaveFewerHalvings) {
 }
 
 TEST(StepControl, ThreadsChangeNothing) {
+  expect_threads_change_nothing(packet_volume<std::uint8_t>(255), packet_scene(255), adaptive_options());
+}
+
+// What a ray samples does not depend on the others of its packet: rays of a refined picture, which are put
+// together otherwise, are those of the whole one.
+TEST(StepControl, RaysOfARefinedPictureAreThoseOfTheWholeOne) {
   const auto v = packet_volume<std::uint8_t>(255);
-  RenderOptions options = adaptive_options();
-  options.width = 97;
-  options.height = 70;
-  set_thread_count(1);
-  const RenderResult one = raycast_packet(v, packet_scene(255), options);
-  set_thread_count(0);
-  const RenderResult many = raycast_packet(v, packet_scene(255), options);
-  expect_same_bits(one.image, many.image, true);
-  EXPECT_EQ(one.counts.samples, many.counts.samples);
+  Scene scene = packet_scene(255);
+  for (const bool shaded : {false, true}) {
+    if (shaded) scene.shading = Shading{};
+    RenderOptions options = adaptive_options();
+    options.width = 93;
+    options.height = 75;
+    const image::Image whole = raycast_packet(v, scene, options).image;
+    options.image_step = 8;
+    options.image_tolerance = 0.05;
+    const RenderResult refined = raycast_packet(v, scene, options);
+    int cast = 0;
+    for (int y = 0; y < options.height; ++y) {
+      for (int x = 0; x < options.width; ++x) {
+        if (refined.image.at(x, y, kSamples) == 0) continue;
+        ++cast;
+        for (int c = 0; c < 6; ++c) ASSERT_EQ(refined.image.at(x, y, c), whole.at(x, y, c)) << x << " " << y;
+      }
+    }
+    EXPECT_GT(cast, 500);
+    EXPECT_LT(refined.counts.rays, 0.8 * options.width * options.height);
+  }
 }
 
 TEST(StepControl, InstructionSetsAgree) {
