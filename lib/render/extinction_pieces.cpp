@@ -18,12 +18,13 @@ struct Ramp {
   bool falls;  ///< the denser end is at `lo`
 };
 
+/// Whether one polynomial does, by the bounds of extinction_pieces(); what begins with opacity 0 is held to a
+/// relative error all along.
 bool fine(double clear, double dense) {
   const double change = dense - clear;
-  const double q = change / (1 - dense);
-  const double q6 = std::pow(q, 6);
-  if (clear == 0) return q6 / 3072 <= 2e-6 * change;
-  return q6 / 12288 <= std::max(1e-9, 2e-6 * -std::log1p(-clear));
+  const double q6 = std::pow(change / (1 - dense), 6);
+  if (clear == 0) return q6 / (6 * 512) <= 2e-6 * change;
+  return q6 / (6 * 2048) <= extinction_error(clear);
 }
 
 /// Opacities at which a ramp is cut, from its clear end; nothing where there would be more than `most`
@@ -49,7 +50,7 @@ std::optional<std::vector<double>> cuts(double clear, double dense, std::size_t 
   return at;
 }
 
-/// Coefficients, in the share t of the way from `clear` to `dense`, of the polynomial of `count` terms
+/// Coefficients, in the share t of the way from `clear` to `dense`, of the polynomial of kTerms terms
 /// through the Chebyshev points of log2(1 - opacity), divided by t where `divided`.
 template <int kTerms>
 void interpolate(double clear, double dense, bool divided, double* coefficient) {

@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -6,8 +8,13 @@
 
 namespace vol::render {
 
-/// log2(1 - opacity) over part of a ramp, as a polynomial in the distance of the value from the ramp's
-/// clearer end: its terms are then all of one sign, and no digit is lost between them.
+/// By how much an extinction of -log(1 - opacity) may be off.
+[[nodiscard]] inline double extinction_error(double opacity) {
+  return std::max(1e-9, 2e-6 * -std::log1p(-opacity));
+}
+
+/// log2(1 - opacity) over part of a ramp, as a polynomial in the distance of the value from the piece's
+/// clearer end: its terms then have nearly all one sign, and no digit is lost between them.
 struct ExtinctionPiece {
   static constexpr int kDegree = 5;
   double from;                      ///< holds from this value up to where the next piece begins
@@ -19,16 +26,16 @@ struct ExtinctionPiece {
 };
 
 /// Cuts log2(1 - opacity) over the values [lo, hi] into polynomials of degree 5, through Chebyshev points,
-/// that err by at most 2e-6 of it, or 1e-9 / ln 2. With d the change of opacity over a piece and q = d / (1 -
+/// that err by at most extinction_error(). With d the change of opacity over a piece and q = d / (1 -
 /// opacity) at its denser end, the derivatives of the logarithm bound the error of interpolation (Davis 1975,
 /// section 3.1) by
 ///   q^6 / (6 2^11)     of the piece as it is,
 ///   t q^6 / (6 2^9)    at a share t of a piece that begins with opacity 0: there the logarithm over t is
 ///                      interpolated, so that the polynomial is 0 where it must be.
 ///
-/// \returns nothing where it takes more than `most` of them, as where opacity comes near 1, or where a piece
-/// is
-///          narrower than 1e-5 of hi - lo: single precision could not hold its coefficients
+/// \returns nothing where it takes more than `most` of them, as near opacity 1, where opacity is 1, or where
+/// a
+///          piece is narrower than 1e-5 of hi - lo, whose coefficients would come near the end of floats
 [[nodiscard]] std::vector<ExtinctionPiece> extinction_pieces(const Optics& optics, double lo, double hi,
                                                              std::size_t most);
 

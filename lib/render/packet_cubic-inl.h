@@ -96,9 +96,10 @@ HWY_INLINE F crossing(const Cubic& p, F from, F to, F value_from, F value_to, F 
     const M good = hn::And(hn::Ge(next, lo), hn::Le(next, hi));
     const F moved = hn::IfThenElse(good, next, hn::Mul(constant(0.5F), hn::Add(lo, hi)));
     const F by = hn::Abs(hn::Sub(moved, s));
-    // What a Newton step leaves of an error of `by`: p'' / (2 p') by^2.
-    const F bends = hn::Mul(hn::MulAdd(hn::Mul(constant(3.0F), p.c[3]), s, p.c[2]), run);
-    const F rest = hn::Abs(hn::Mul(hn::Mul(by, by), bends));
+    // What a Newton step of `by` leaves of a cubic: (p''/2 + c3 by) by^2 / p', whatever its sign.
+    const F bends = hn::Abs(hn::MulAdd(hn::Mul(constant(3.0F), p.c[3]), s, p.c[2]));
+    const F most = hn::MulAdd(hn::Abs(p.c[3]), by, bends);
+    const F rest = hn::Mul(hn::Mul(by, by), hn::Mul(most, hn::Abs(run)));
     s = moved;
     const M there = hn::Or(hn::Le(by, constant(1e-7F)), hn::And(good, hn::Le(rest, constant(2e-8F))));
     if (hn::AllTrue(DF(), there)) break;

@@ -14,7 +14,7 @@ inline constexpr int kMaxLanes = 16;
 /// The transfer function on a table over the data's range: u = (value - lo) scale in [0, buckets). Bucket b
 /// has two lines in w = u - b: line b, and line b + buckets for values at or above the bucket's split point.
 struct PacketTransfer {
-  float lo = 0;
+  float lo = 0, hi = 0;  ///< of the data
   float scale = 0;
   float last = 0;  ///< largest u that still floors to a bucket
   std::int32_t buckets = 0;
@@ -35,7 +35,7 @@ struct PacketTransfer {
   Buffer<float> colours;  ///< by line: r, dr, g, dg, b, db; empty when affine
   // Extinction of few pieces, as tables that fit into registers: piece k begins at the value ramp_from[k] and
   // has y = ramp[0][k] + ramp[1][k] x + ..., x = (value - ramp_origin[k]) ramp_scale (extinction_pieces.h).
-  int ramps = 0;         ///< 0: more than kMaxLanes
+  int ramps = 0;         ///< 0: more than kMaxLanes, or not to be had
   float ramp_scale = 0;  ///< 1 / (hi - lo)
   alignas(64) float ramp_from[kMaxLanes]{};
   alignas(64) float ramp_origin[kMaxLanes]{}, ramp[ExtinctionPiece::kDegree + 1][kMaxLanes]{};
@@ -51,7 +51,7 @@ struct PacketTransfer {
   Buffer<std::int32_t> first_cut;  ///< by bucket: an interval at or below that of the bucket's start
   // The same for few intervals, as tables that fit into registers: the cut beneath (-infinity where none),
   // the cut above, clarity.
-  int intervals = 0;  ///< 0: more than kMaxLanes
+  int intervals = 0;  ///< 0: more than kMaxLanes, or other rules
   alignas(64) float beneath[kMaxLanes]{};
   alignas(64) float above[kMaxLanes]{}, clear_for[kMaxLanes]{};
   Buffer<float> peaks;  ///< values at which the opacity touches 1 between lower ones

@@ -46,17 +46,25 @@ HWY_INLINE MI int_mask(M m) {
   return hn::RebindMask(DI(), m);
 }
 
-/// 1 / v for |v| in [1e-37, 1e37], to 2e-7 of it: the machine's estimate and a step of Newton's, a fraction
-/// of what a division waits for.
+/// 1 / v for |v| in [1e-37, 1e37], to 3e-7 of it. On x86 the machine's estimate, of 12 bits or more, and a
+/// step of Newton's, a fraction of what a division waits for; elsewhere estimates have fewer bits.
 HWY_INLINE F reciprocal(F v) {
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
   const F r = hn::ApproximateReciprocal(v);
   return hn::MulAdd(r, hn::NegMulAdd(v, r, constant(1.0F)), r);
+#else
+  return hn::Div(constant(1.0F), v);
+#endif
 }
-/// v^-1/2 for v in [1e-37, 1e37], the same, to 3e-7.
+/// v^-1/2 for v in [1e-37, 1e37], the same.
 HWY_INLINE F reciprocal_root(F v) {
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
   const F r = hn::ApproximateReciprocalSqrt(v);
   const F rest = hn::NegMulAdd(hn::Mul(v, r), r, constant(1.0F));
   return hn::MulAdd(hn::Mul(constant(0.5F), r), rest, r);
+#else
+  return hn::Div(constant(1.0F), hn::Sqrt(v));
+#endif
 }
 
 /// (2^f - 1) / f for f in [-1, 0]: a polynomial of degree 5 with relative error 9e-09 (weighted least

@@ -42,7 +42,8 @@ HWY_INLINE void blinn_phong(const PacketJob& job, F gx, F gy, F gz, const F* ray
   const F n0 = n[0], n1 = n[1], n2 = n[2];
   const auto dot = [](F a0, F a1, F a2, F b0, F b1, F b2)
                        HWY_ATTR { return hn::MulAdd(a0, b0, hn::MulAdd(a1, b1, hn::Mul(a2, b2))); };
-  // First scaled by a power of two, the largest component to [1, 4): squares neither overflow nor vanish.
+  // First scaled by a power of two, the largest component to [1, 4) (2^-22 on from denormal ones): squares
+  // neither overflow nor vanish.
   const F most = hn::Max(hn::Abs(n0), hn::Max(hn::Abs(n1), hn::Abs(n2)));
   const M flat = hn::Not(hn::Gt(most, constant(0.0F)));
   const I exponent = hn::And(hn::BitCast(DI(), most), constant_i(0x7f800000));
@@ -186,9 +187,11 @@ template <int kChannels>
 class Look {
  public:
   HWY_INLINE Look(const PacketTransfer& t, F value)
-      : t_(t), value_(value), few_(in_registers(t.ramps)), few_colours_(in_registers(t.pieces)) {
-    u_ = table_coordinate(t, value);
-    if (!few_ || !(kChannels == 1 || t.affine || few_colours_)) place_ = table_place(t, value, u_);
+      : t_(t), few_(in_registers(t.ramps)), few_colours_(in_registers(t.pieces)) {
+    // Beyond the data's range, where rounding may lead, polynomials know nothing.
+    value_ = hn::Min(hn::Max(value, constant(t.lo)), constant(t.hi));
+    u_ = table_coordinate(t, value_);
+    if (!few_ || !(kChannels == 1 || t.affine || few_colours_)) place_ = table_place(t, value_, u_);
   }
 
   [[nodiscard]] HWY_INLINE F extinction() const {

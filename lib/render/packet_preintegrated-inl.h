@@ -154,12 +154,11 @@ class Preintegrated {
     F depth = hn::Zero(DF());
     do {
       const MI last = hn::Eq(k, right.interval);
-      const F cut = hn::GatherIndex(
-          DF(), t.cuts.data(), hn::IfThenElse(up, k, hn::Max(hn::Sub(k, constant_i(1)), hn::Zero(DI()))));
+      const F cut = hn::IfThenElse(float_mask(up), cut_above(t, k), cut_beneath(t, k));
       F to = hn::Min(hn::Max(hn::Mul(hn::Sub(cut, left_.value), inverse), from), whole);
       to = hn::IfThenElse(float_mask(last), whole, to);
-      const F clarity = hn::GatherIndex(DF(), t.clarity.data(), k);
-      const F reach = hn::MulAdd(clarity, hn::Div(constant(1.0F), hn::Max(length, constant(1e-20F))), from);
+      const F clarity = clarity_of(t, k);
+      const F reach = hn::MulAdd(clarity, reciprocal(hn::Max(length, constant(1e-20F))), from);
       const M capped = hn::Lt(reach, to);
       to = hn::IfThenElse(capped, reach, to);
       const F width = hn::Sub(to, from);

@@ -45,7 +45,7 @@ Line line_over(const OpticsInterval& interval, double a, double b, double from, 
     std::tie(line.y0, line.y1) = extrapolated(std::log2(1 - o0), std::log2(1 - o1));
     line.used0 = o0;
     line.used1 = o1;
-    const double most = std::max(1e-9, 2e-6 * -std::log1p(-0.5 * (o0 + o1)));
+    const double most = extinction_error(0.5 * (o0 + o1));
     const double q = (o1 - o0) / (1 - std::max(o0, o1));
     line.straight = std::max(o0, o1) < 1 && q * q / 8 <= most;
   } else {
@@ -140,21 +140,25 @@ float float_from(double value) {
   return nearest < value ? std::nextafter(nearest, INFINITY) : nearest;
 }
 
-/// Extinction in few pieces, where it has few.
+/// Extinction in few pieces, where it has few and single precision holds them.
 void find_ramps(const Optics& optics, double lo, double hi, PacketTransfer& table) {
   const std::vector<ExtinctionPiece> found = extinction_pieces(optics, lo, hi, kMaxLanes);
   table.ramps = static_cast<int>(found.size());
   table.ramp_scale = static_cast<float>(1 / (hi - lo));
   std::fill(std::begin(table.ramp_from), std::end(table.ramp_from), INFINITY);
+  bool finite = true;
   for (std::size_t k = 0; k < found.size(); ++k) {
     table.ramp_from[k] = float_from(found[k].from);
     table.ramp_origin[k] = static_cast<float>(found[k].origin);
+    // The coefficients are those around the rounded origin.
     const auto origin = static_cast<double>(table.ramp_origin[k]);
     const ExtinctionPiece piece = found[k].around(origin, (origin - found[k].origin) / (hi - lo));
     for (int j = 0; j <= ExtinctionPiece::kDegree; ++j) {
       table.ramp[j][k] = static_cast<float>(piece.coefficient[j] * table.exponent);
+      finite = finite && std::isfinite(table.ramp[j][k]);
     }
   }
+  if (!finite) table.ramps = 0;
 }
 
 /// The pieces of a colour that has few; the largest value, if it is a point, has one of its own.
@@ -278,6 +282,7 @@ bool tabulate(const Optics& optics, const index::Macrocells::Range& range, bool 
   }
   table.buckets = buckets;
   table.lo = range.min;
+  table.hi = range.max;
   table.scale = static_cast<float>(buckets / (hi - lo));
   table.last = std::nextafterf(static_cast<float>(buckets), 0.0F);
   if (trapezoid) table.steepest *= 2;

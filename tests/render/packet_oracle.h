@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/parallel.h"
 #include "packet_scenes.h"
 #include "render/packet.h"
 #include "render/raycast.h"
@@ -40,6 +41,23 @@ inline void expect_same_bits(const image::Image& a, const image::Image& b, bool 
     if (i % a.channels.size() == kSamples && !samples_too) continue;
     ASSERT_EQ(a.pixels[i], b.pixels[i])
         << "value " << i % a.channels.size() << " of pixel " << i / a.channels.size();
+  }
+}
+
+/// Same picture and counts, bit for bit, of any number of threads.
+inline void expect_threads_change_nothing(const volume::Volume& v, const Scene& scene,
+                                          RenderOptions options) {
+  options.width = 97;
+  options.height = 70;
+  set_thread_count(1);
+  const RenderResult one = raycast_packet(v, scene, options);
+  for (const int threads : {2, 3, 0}) {
+    set_thread_count(threads);
+    const RenderResult many = raycast_packet(v, scene, options);
+    expect_same_bits(one.image, many.image, true);
+    EXPECT_EQ(one.counts.samples, many.counts.samples);
+    EXPECT_EQ(one.counts.skipped, many.counts.skipped);
+    EXPECT_EQ(one.counts.gradients, many.counts.gradients);
   }
 }
 

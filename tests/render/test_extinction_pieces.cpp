@@ -79,7 +79,7 @@ TEST(ExtinctionPieces, AreAsCloseAsTheySay) {
 
 TEST(ExtinctionPieces, OneIsEnoughForASoftRampAndFewForASteepOne) {
   EXPECT_EQ(extinction_pieces(optics({{0, 0}, {255, 0.05}}), 0, 250, kMost).size(), 1U);
-  // Chords of the same accuracy: (1 / 1 - 0.95) / sqrt(8 2e-6 3), more than 2000.
+  // Chords of the same accuracy at its end: 0.95 / 0.05 / sqrt(8 2e-6 3), more than 2000.
   const auto steep = extinction_pieces(optics({{0, 0}, {255, 0.95}}), 0, 255, kMost);
   EXPECT_GT(steep.size(), 1U);
   EXPECT_LE(steep.size(), 9U);  // the largest value is one of its own
