@@ -27,14 +27,20 @@ class AdaptiveSteps : private Composite<kVoxels, true, kChannels> {
 
   void cast(PacketPixels& pixels) {
     open();
+    // A copy, which stays in registers: the member is for what is seldom done.
+    Path path = path_;
     MI arrived = alive_;
     for (;;) {
-      if (this->rays_.distances) leap(arrived);
-      const MI active = hn::And(alive_, hn::Lt(hn::Add(path_.node, constant_i(1)), last_));
+      if (this->rays_.distances) leap(path, arrived);
+      const MI active = hn::And(alive_, hn::Lt(hn::Add(path.node, constant_i(1)), last_));
       if (hn::AllFalse(DI(), active)) break;
-      arrived = try_pair(active);
-      if (stops_) this->stop();
+      arrived = try_pair(path, active);
+      if (stops_) {
+        path_.transmittance = path.transmittance;
+        this->stop();
+      }
     }
+    path_ = path;
     // What is left is at most two of the shortest steps.
     remainder_ = hn::Add(remainder_, to_float(hn::Sub(last_, path_.node)));
     this->finish();
@@ -42,6 +48,8 @@ class AdaptiveSteps : private Composite<kVoxels, true, kChannels> {
   }
 
  private:
+  using typename Base::Path;
+
   /// The first node, where it may be visible.
   HWY_INLINE void open() {
     MI seen = alive_;
@@ -54,24 +62,25 @@ class AdaptiveSteps : private Composite<kVoxels, true, kChannels> {
     const Lights<kChannels> node = this->sample(path_.position);
     if (job_.shaded) this->count_gradients(node, seen, path_.transmittance);
     samples_ = hn::Add(samples_, ones(seen));
-    keep(node, seen);
+    keep(path_, node, seen);
   }
 
   static HWY_INLINE I ones(MI m) { return hn::IfThenElseZero(m, constant_i(1)); }
   HWY_INLINE I alive_ones() const { return ones(alive_); }
 
   /// `node` is the left node of the next segment, for the lanes of `m`.
-  HWY_INLINE void keep(const Lights<kChannels>& node, MI m) {
+  static HWY_INLINE void keep(Path& path, const Lights<kChannels>& node, MI m) {
     const M f = float_mask(m);
-    path_.left.y = hn::IfThenElse(f, node.y, path_.left.y);
+    path.left.y = hn::IfThenElse(f, node.y, path.left.y);
     for (int c = 0; c < kChannels; ++c) {
-      path_.left.yq[c] = hn::IfThenElse(f, node.yq[c], path_.left.yq[c]);
+      path.left.yq[c] = hn::IfThenElse(f, node.yq[c], path.left.yq[c]);
     }
   }
 
   /// By how much two trapezoids `hop` nodes long differ, in the pixel, from one over both.
-  HWY_INLINE F difference(const Lights<kChannels>& middle, const Lights<kChannels>& right, F hop) const {
-    const Lights<kChannels>& left = path_.left;
+  HWY_INLINE F difference(const Path& path, const Lights<kChannels>& middle, const Lights<kChannels>& right,
+                          F hop) const {
+    const Lights<kChannels>& left = path.left;
     const auto bend = [](F a, F b, F c) HWY_ATTR { return hn::Sub(hn::Add(a, c), hn::Add(b, b)); };
     const F y = bend(left.y, middle.y, right.y);
     F most = hn::Abs(y);
@@ -88,7 +97,7 @@ class AdaptiveSteps : private Composite<kVoxels, true, kChannels> {
       }
     }
     constexpr float kLn2 = 0.693147181F;
-    return hn::Mul(hn::Mul(constant(kLn2), hop), hn::Mul(path_.transmittance, most));
+    return hn::Mul(hn::Mul(constant(kLn2), hop), hn::Mul(path.transmittance, most));
   }
 
   /// `step_` times 2^level, for the lanes of `m`.
@@ -118,47 +127,47 @@ class AdaptiveSteps : private Composite<kVoxels, true, kChannels> {
   }
 
   /// At the ray's end steps only as long as there are nodes.
-  HWY_INLINE MI over(MI active) const {
-    return hn::And(active, hn::Gt(hn::Add(path_.node, hn::Add(nodes_, nodes_)), last_));
+  HWY_INLINE MI over(const Path& path, MI active) const {
+    return hn::And(active, hn::Gt(hn::Add(path.node, hn::Add(nodes_, nodes_)), last_));
   }
 
   /// Two steps of every active lane; returns those that were passed. That all pass, and go on with the steps
   /// they have, is left to branches: the processor, which foresees them, samples the next nodes before these
   /// ones have come from memory.
-  HWY_INLINE MI try_pair(MI active) {
+  HWY_INLINE MI try_pair(Path& path, MI active) {
     const DI d;
     if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Xor(active, moves_)))) set_steps(active);
-    for (MI ends = over(active); HWY_UNLIKELY(!hn::AllFalse(d, ends)); ends = over(active)) {
+    for (MI ends = over(path, active); HWY_UNLIKELY(!hn::AllFalse(d, ends)); ends = over(path, active)) {
       level_ = hn::Sub(level_, ones(ends));
       set_steps(active);
     }
-    Position half = path_.position;
+    Position half = path.position;
     advance(half, hop_);
     Position whole = half;
     advance(whole, hop_);
     const Lights<kChannels> middle = this->sample(half), right = this->sample(whole);
     samples_ = hn::Add(samples_, hn::Add(ones(active), ones(active)));
     if (job_.shaded) {
-      this->count_gradients(middle, active, path_.transmittance);
-      this->count_gradients(right, active, path_.transmittance);
+      this->count_gradients(middle, active, path.transmittance);
+      this->count_gradients(right, active, path.transmittance);
     }
     const F length = to_float(nodes_);
-    const F made = difference(middle, right, length);
+    const F made = difference(path, middle, right, length);
     const F most = constant(job_.step_tolerance);
     const MI shortest = hn::Eq(level_, hn::Zero(d));
     const MI passed = hn::And(active, hn::Or(shortest, int_mask(hn::Le(made, most))));
     const MI fails = hn::AndNot(passed, active);
     const bool all = hn::AllFalse(d, fails);
-    pass(middle, right, HWY_LIKELY(all) ? length : hn::IfThenElseZero(float_mask(passed), length));
+    pass(path, middle, right, HWY_LIKELY(all) ? length : hn::IfThenElseZero(float_mask(passed), length));
     if (HWY_LIKELY(all)) {
-      path_.position = whole;
-      path_.node = hn::Add(path_.node, hn::Add(nodes_, nodes_));
+      path.position = whole;
+      path.node = hn::Add(path.node, hn::Add(nodes_, nodes_));
     } else {
-      path_.position = selected(passed, whole, path_.position);
-      path_.node = hn::Add(path_.node, hn::IfThenElseZero(passed, hn::Add(nodes_, nodes_)));
+      path.position = selected(passed, whole, path.position);
+      path.node = hn::Add(path.node, hn::IfThenElseZero(passed, hn::Add(nodes_, nodes_)));
     }
-    path_.left_node = path_.node;
-    keep(right, HWY_LIKELY(all) ? active : passed);
+    path.left_node = path.node;
+    keep(path, right, HWY_LIKELY(all) ? active : passed);
     const MI smooth = hn::And(passed, int_mask(hn::Le(made, hn::Mul(most, constant(kGrowBelow)))));
     const MI grows = hn::And(smooth, hn::Lt(level_, constant_i(job_.halvings)));
     if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Or(grows, fails)))) {
@@ -169,28 +178,30 @@ class AdaptiveSteps : private Composite<kVoxels, true, kChannels> {
   }
 
   /// Two segments of this length (0: nothing happens).
-  HWY_INLINE void pass(const Lights<kChannels>& middle, const Lights<kChannels>& right, F length) {
-    auto path = path_;
-    path.left_node = path_.node;
-    path.node = hn::Add(path.node, nodes_);
-    this->segment(path, middle, length);
-    path.node = hn::Add(path.node, nodes_);
-    this->segment(path, right, length);
-    path_.transmittance = path.transmittance;
-    for (int c = 0; c < kChannels; ++c) path_.sum[c] = path.sum[c];
+  HWY_INLINE void pass(Path& path, const Lights<kChannels>& middle, const Lights<kChannels>& right,
+                       F length) {
+    auto passed = path;
+    passed.left_node = path.node;
+    passed.node = hn::Add(path.node, nodes_);
+    this->segment(passed, middle, length);
+    passed.node = hn::Add(passed.node, nodes_);
+    this->segment(passed, right, length);
+    path.transmittance = passed.transmittance;
+    for (int c = 0; c < kChannels; ++c) path.sum[c] = passed.sum[c];
   }
 
   /// Lanes at a transparent node in an invisible macrocell go to the last node before the first that may be
   /// visible.
-  HWY_INLINE void leap(MI arrived) {
+  HWY_INLINE void leap(Path& path, MI arrived) {
     const DI d;
-    const MI able =
-        hn::And(hn::And(arrived, alive_),
-                hn::And(hn::Lt(path_.node, last_), int_mask(hn::Eq(path_.left.y, constant(0.0F)))));
+    const MI able = hn::And(hn::And(arrived, alive_),
+                            hn::And(hn::Lt(path.node, last_), int_mask(hn::Eq(path.left.y, constant(0.0F)))));
     if (hn::AllFalse(d, able)) return;
-    const I distance =
-        hn::IfThenElseZero(able, visible_distance(job_, this->rays_.distances, path_.position));
-    if (!hn::AllFalse(d, hn::Gt(distance, hn::Zero(d)))) leap_on(distance);
+    const I distance = hn::IfThenElseZero(able, visible_distance(job_, this->rays_.distances, path.position));
+    if (hn::AllFalse(d, hn::Gt(distance, hn::Zero(d)))) return;
+    path_ = path;
+    leap_on(distance);
+    path = path_;
   }
   HWY_NOINLINE void leap_on(I distance);
 
