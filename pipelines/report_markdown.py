@@ -38,10 +38,11 @@ def cells(line):
 
 
 def table(header, rows, show=lambda text: html.escape(text, quote=False)):
-    """A table that the page's script sorts by the column whose head is clicked."""
+    """A table that the page's script sorts by the column whose head is clicked. Cells and rows end where the next begins, as
+    HTML allows: with their end tags long tables would be a third larger."""
     head = "".join(f'<th scope="col"><button type="button">{show(cell) or "&nbsp;"}</button></th>' for cell in header)
-    body = "\n".join("<tr>" + "".join(f"<td>{show(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f'<div class="table"><table><thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
+    body = "".join("<tr>" + "".join(f"<td>{show(cell)}" for cell in row) for row in rows)
+    return f'<div class="table"><table><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>'
 
 
 def to_html(text, resolve=lambda target: None, level=1):
