@@ -41,7 +41,7 @@ double share_apart(const image::Image& a, const image::Image& b, double most) {
 void expect_the_same(const RenderResult& plain, const RenderResult& packet, double tolerance,
                      double largest = 1) {
   ASSERT_GT(plain.counts.samples, 1000) << "an empty picture tests nothing";
-  ASSERT_EQ(packet.caster, "packets");
+  ASSERT_STREQ(packet.caster, "packets");
   EXPECT_LE(share_apart(plain.image, packet.image, packet_tolerance(500) * largest), 0.004);
   EXPECT_LE(difference(plain.image, packet.image).colour,
             std::max(5 * tolerance, packet_tolerance(500) * largest));
@@ -197,7 +197,7 @@ TEST(StepControl, PacketsAgreeForStepsLongerThanChords) {
     options.width = options.height = 90;
     const RenderResult plain = raycast_plain(v, packet_soft_scene(255), options);
     const RenderResult packet = raycast_packet(v, packet_soft_scene(255), options);
-    EXPECT_EQ(packet.caster, "packets");
+    EXPECT_STREQ(packet.caster, "packets");
     EXPECT_LE(difference(plain.image, packet.image).colour, packet_tolerance(100));
     EXPECT_EQ(plain.counts.samples, packet.counts.samples);
   }
