@@ -23,7 +23,7 @@ struct Ramp {
 bool fine(double clear, double dense) {
   const double change = dense - clear;
   const double q6 = std::pow(change / (1 - dense), 6);
-  if (clear == 0) return q6 / (6 * 512) <= 2e-6 * change;
+  if (clear == 0) return q6 / (6 * 512) <= kExtinctionShare * change;
   return q6 / (6 * 2048) <= extinction_error(clear);
 }
 

@@ -8,9 +8,10 @@
 
 namespace vol::render {
 
-/// By how much an extinction of -log(1 - opacity) may be off.
+/// By how much an extinction of -log(1 - opacity) may be off: a share of it, or for one reference length.
+inline constexpr double kExtinctionShare = 2e-6, kLeastExtinctionError = 1e-9;
 [[nodiscard]] inline double extinction_error(double opacity) {
-  return std::max(1e-9, 2e-6 * -std::log1p(-opacity));
+  return std::max(kLeastExtinctionError, kExtinctionShare * -std::log1p(-opacity));
 }
 
 /// log2(1 - opacity) over part of a ramp, as a polynomial in the distance of the value from the piece's
@@ -33,9 +34,8 @@ struct ExtinctionPiece {
 ///   t q^6 / (6 2^9)    at a share t of a piece that begins with opacity 0: there the logarithm over t is
 ///                      interpolated, so that the polynomial is 0 where it must be.
 ///
-/// \returns nothing where it takes more than `most` of them, as near opacity 1, where opacity is 1, or where
-/// a
-///          piece is narrower than 1e-5 of hi - lo, whose coefficients would come near the end of floats
+/// \returns nothing where opacity is 1; where it takes more than `most` pieces, as near opacity 1; and where
+///          one is narrower than 1e-5 of hi - lo, whose coefficients would come near the end of floats
 [[nodiscard]] std::vector<ExtinctionPiece> extinction_pieces(const Optics& optics, double lo, double hi,
                                                              std::size_t most);
 
