@@ -104,12 +104,12 @@ def summary(rows):
 
 
 def sizes(swept):
-    return [swept["size"], *swept.get("sizes", {})]
+    return [swept["size"], *swept.get("at_sizes", {})]
 
 
 def truths(swept):
     """The sizes and what their truths' tolerances are."""
-    return " and ".join(f"{size} pixels ({swept.get('sizes', {}).get(size, swept)['tolerance']})" for size in sizes(swept))
+    return " and ".join(f"{size} pixels ({swept.get('at_sizes', {}).get(size, swept)['tolerance']})" for size in sizes(swept))
 
 
 def slope(coarse, fine, x):

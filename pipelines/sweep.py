@@ -101,20 +101,20 @@ def runs(config, datasets):
 
 
 def groups(config, datasets):
-    """DATASET/SCENE of every picture that has a truth, in the order of the file; behind them DATASET/SCENE@SIZE of `sizes`."""
+    """DATASET/SCENE of every picture that has a truth, in the order of the file; behind them DATASET/SCENE@SIZE of `at_sizes`."""
     chosen = config.get("only", list(config["datasets"]))
     found = [f"{dataset}/{scene}" for dataset in datasets if dataset in chosen
              for scene in config["datasets"][dataset]["scenes"] if scene in config.get("scenes", [scene])]
     def asked(entry, dataset, scene):
         return dataset in entry.get("only", [dataset]) and scene in entry.get("scenes", [scene])
-    return found + [f"{group}@{size}" for size, entry in config.get("sizes", {}).items() for group in found
+    return found + [f"{group}@{size}" for size, entry in config.get("at_sizes", {}).items() for group in found
                     if asked(entry, *group.split("/"))]
 
 
 def of_group(config, group):
-    """What is asked of a group: `config`, with what stands under its size in `sizes`, and that as `size`."""
+    """What is asked of a group: `config`, with what stands under its size in `at_sizes`, and that as `size`."""
     _, _, size = group.partition("@")
-    return {**config, **config["sizes"][size], "size": size} if size else config
+    return {**config, **config["at_sizes"][size], "size": size} if size else config
 
 
 def volume(dataset, out):

@@ -6,6 +6,7 @@ import io
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -175,7 +176,7 @@ class Pareto(unittest.TestCase):
 
     def test_another_size_is_asked_for_what_stands_under_it(self):
         asked = {"size": "2x2", "targets": [1, 2], "tolerance": 3, "datasets": {"a": {"scenes": ["s", "t"]}, "b": {"scenes": ["s"]}},
-                 "sizes": {"4x4": {"targets": [1], "only": ["a"], "scenes": ["s"], "of_methods": ["n"]}},
+                 "at_sizes": {"4x4": {"targets": [1], "only": ["a"], "scenes": ["s"], "of_methods": ["n"]}},
                  "methods": {"m": {"render": "m"}, "n": [{"render": "n"}, {"render": "o", "only_size": "2x2"}]}}
         self.assertEqual(sweep.groups(asked, ["a", "b"]), ["a/s", "a/t", "b/s", "a/s@4x4"])
         self.assertIs(sweep.of_group(asked, "a/t"), asked)
@@ -197,8 +198,8 @@ class Pareto(unittest.TestCase):
 
     def test_uniform_sampling_may_end_rays_as_early_as_the_others(self):
         asked = yaml.safe_load((ROOT / "pipelines/pareto.yaml").read_text())
-        for size in (asked["size"], *asked["sizes"]):
-            at = asked if size == asked["size"] else {**asked, **asked["sizes"][size], "size": size}
+        for size in (asked["size"], *asked["at_sizes"]):
+            at = asked if size == asked["size"] else {**asked, **asked["at_sizes"][size], "size": size}
             ends = {True: set(), False: set()}
             for _, family in pareto.families(at):
                 for values, rung, ladder in pareto.curves(family):
@@ -335,6 +336,25 @@ class Reproduce(unittest.TestCase):
         for name, what in report.sweeps():
             self.assertTrue(what)
             self.assertRegex(said, rf"(?m)^  {name} +{re.escape(what)}$")
+
+    def test_every_sweep_names_its_pictures(self):
+        volumes = yaml.safe_load((ROOT / "configs/data.yaml").read_text())["volumes"]
+        for name, _ in report.sweeps():
+            written = yaml.safe_load((ROOT / "pipelines" / f"{name}.yaml").read_text())
+            for config in (written, sweep.shortened(written)):
+                with self.subTest(name, short=config is not written):
+                    config = sweep.with_datasets(config)
+                    groups = sweep.groups(config, sweep.datasets_at_hand(config, volumes))
+                    self.assertEqual(len(groups), len(set(groups)))
+
+    @unittest.skipUnless(shutil.which("snakemake"), "needs snakemake")
+    def test_every_short_sweep_can_be_planned(self):
+        for name, _ in report.sweeps():
+            with self.subTest(name):
+                done = subprocess.run(["snakemake", "-n", "-s", "pipelines/Snakefile", "--configfile", f"pipelines/{name}.yaml", "--cores", "1",
+                                       "--nolock", "--forceall", "--config", "short_form=true"], cwd=ROOT, capture_output=True, text=True,
+                                      env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
+                self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_what_is_checked_has_a_table_to_be_held_against(self):
         marked = re.findall(r"(?m)^([a-z-]+) +check ", (ROOT / "pipelines/sweeps.txt").read_text())
