@@ -64,9 +64,8 @@ void add_raycast(CLI::App& app, RaycastOptions& o) {
   app.add_option(
          "--step-tolerance", o.render.step_tolerance,
          "Trapezoid: --step is the longest, and halved, down to a 16th of it, where two steps differ from "
-         "one "
-         "over both by more than this in the pixel, on the colour scale; 0: steps all the same. No bound on "
-         "the pixel's error.")
+         "one over both by more than this in the pixel, on the colour scale, and in light where they add "
+         "much to it; 0: steps all the same. No bound on the pixel's error.")
       ->check(check_finite)
       ->check(check_non_negative)
       ->capture_default_str()

@@ -63,11 +63,11 @@ class CompositeRay {
     Visit left = visit(0);
     look(left);
     if (!left.sampled) ++counts_.skipped;
-    std::int64_t hop = context_.longest_hop;
+    std::int64_t hop = most_hop(left, transmittance);
     for (bool arrived = true; !(transmittance <= context_.options.termination);) {
       if (arrived && left.number < last && left.node.opacity == 0) {
         const std::int64_t node = before_what_is_visible(left.number, last);
-        if (node > left.number) hop = context_.longest_hop;
+        if (node > left.number) hop = std::int64_t{1} << context_.halvings;
         counts_.skipped += node - left.number;
         left.number = node;
       }
@@ -85,7 +85,7 @@ class CompositeRay {
         pass(trapezoid(middle.node, right.node, t2 - t1, *context_.optics), t1, t2 - t1, beam);
         left = right;
         const bool grows = difference <= kGrowBelow * context_.options.step_tolerance;
-        if (grows) hop = std::min(2 * hop, context_.longest_hop);
+        hop = std::min(grows ? 2 * hop : hop, most_hop(left, transmittance));
       } else {
         hop /= 2;
       }
@@ -119,11 +119,22 @@ class CompositeRay {
     return visit(node).invisible ? node : node - 1;
   }
 
-  /// h/2 max(|s0 - 2 s1 + s2|, |s0 c0 - 2 s1 c1 + s2 c2|), s extinctions; opaque ones count as finite.
+  /// The longest steps from a node on that light allows, in nodes.
+  [[nodiscard]] std::int64_t most_hop(const Visit& visit, double transmittance) const {
+    const double e = transmittance * context_.light_share * extinction(visit.node) /
+                     (context_.optics->reference_length() * context_.options.step_tolerance);
+    return std::int64_t{1} << doublings_in_light(e, context_.halvings);
+  }
+
+  /// A reference length; an opaque node's counts as finite.
+  [[nodiscard]] static double extinction(const Node& node) {
+    constexpr double kMost = 1e30;
+    return std::min(-std::log1p(-node.opacity), kMost);
+  }
+
+  /// h/2 max(|s0 - 2 s1 + s2|, |s0 c0 - 2 s1 c1 + s2 c2|), s extinctions.
   [[nodiscard]] double trapezoids_differ(const Node& left, const Node& middle, const Node& right,
                                          double h) const {
-    constexpr double kMost = 1e30;
-    const auto extinction = [&](const Node& n) { return std::min(-std::log1p(-n.opacity), kMost); };
     const auto emission = [&](const Node& n) -> Vec3 { return extinction(n) * n.lit(n.colour); };
     const double absorbed = extinction(left) - 2 * extinction(middle) + extinction(right);
     const Vec3 emitted = emission(left) - 2 * emission(middle) + emission(right);

@@ -24,7 +24,9 @@ struct RayContext {
   std::optional<Visibility> visibility = {};
   std::optional<Optics> optics = {};
   std::optional<BlinnPhong> shading = {};
-  std::int64_t longest_hop = 1;  ///< of steps of adaptive length, in nodes of the walk
+  // Steps of adaptive length (step_control.h):
+  int halvings = 0;        ///< the longest step is 2 to this nodes of the walk
+  double light_share = 0;  ///< of the walk's step
 };
 
 /// Emission and absorption along a ray, or the part of one that a walk covers, in double precision: what the

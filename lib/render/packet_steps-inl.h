@@ -63,6 +63,7 @@ class AdaptiveSteps : private Composite<kVoxels, true, kChannels> {
     if (job_.shaded) this->count_gradients(node, seen, path_.transmittance);
     samples_ = hn::Add(samples_, ones(seen));
     keep(path_, node, seen);
+    level_ = most_level(path_);
   }
 
   static HWY_INLINE I ones(MI m) { return hn::IfThenElseZero(m, constant_i(1)); }
@@ -98,6 +99,16 @@ class AdaptiveSteps : private Composite<kVoxels, true, kChannels> {
     }
     constexpr float kLn2 = 0.693147181F;
     return hn::Mul(hn::Mul(constant(kLn2), hop), hn::Mul(path.transmittance, most));
+  }
+
+  /// The highest level that light allows behind the left node (doublings_in_light, by the exponent alone).
+  HWY_INLINE I most_level(const Path& path) const {
+    const I highest = constant_i(job_.halvings);
+    if (!job_.shaded) return highest;
+    const F e = hn::Mul(hn::Mul(path.transmittance, constant(job_.light_share)), hn::Abs(path.left.y));
+    const I exponent = hn::ShiftRight<23>(hn::BitCast(DI(), e));
+    const I doublings = hn::ShiftRight<1>(hn::Sub(constant_i(126), exponent));
+    return hn::Min(hn::Max(doublings, hn::Zero(DI())), highest);
   }
 
   /// `step_` times 2^level, for the lanes of `m`.
@@ -169,9 +180,12 @@ class AdaptiveSteps : private Composite<kVoxels, true, kChannels> {
     path.left_node = path.node;
     keep(path, right, HWY_LIKELY(all) ? active : passed);
     const MI smooth = hn::And(passed, int_mask(hn::Le(made, hn::Mul(most, constant(kGrowBelow)))));
-    const MI grows = hn::And(smooth, hn::Lt(level_, constant_i(job_.halvings)));
-    if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Or(grows, fails)))) {
+    const I most_now = most_level(path);
+    const MI grows = hn::And(smooth, hn::Lt(level_, most_now));
+    const MI falls = hn::And(passed, hn::Gt(level_, most_now));
+    if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Or(grows, hn::Or(falls, fails))))) {
       level_ = hn::Sub(hn::Add(level_, ones(grows)), ones(fails));
+      level_ = hn::IfThenElse(falls, most_now, level_);
       set_steps(active);
     }
     return passed;

@@ -55,8 +55,11 @@ std::shared_ptr<const RayContext> complete(RayContext context, const Scene& scen
   }
   if (context.options.step_tolerance > 0) {
     require_adaptive_steps_can_be(scene, context.index != nullptr);
-    context.longest_hop = std::int64_t{1} << most_halvings(context.field.bounds, context.options.step);
-    context.options.step /= static_cast<double>(context.longest_hop);  // the walk's nodes
+    context.halvings = most_halvings(context.field.bounds, context.options.step);
+    context.options.step /= 1 << context.halvings;  // the walk's nodes
+    if (scene.shading) {
+      context.light_share = light_share(*scene.shading, context.options.step, smallest_spacing);
+    }
   }
   if (scene.model == Model::composite) {
     context.optics.emplace(scene.transfer, resolved_reference_length(scene, smallest_spacing));

@@ -15,6 +15,13 @@ namespace vol::render {
 /// are twice as long: e grows with h^3 where the field is smooth. T weights what lies deep in the medium by
 /// what is seen of it.
 ///
+/// Where light falls, three nodes do not foresee e: normals of a trilinear field jump from cell to cell, and
+/// between nodes in the same cells hardly differ. There steps from a node of extinction s on are also not
+/// longer, by powers of two, than
+///   e = T s h (h/v) (k_d + k_s) / 2
+/// allows, v the smallest spacing: of what a step adds to the pixel, a share that grows with the cells it
+/// leaves out. That needs no pair tried in vain.
+///
 /// Nodes are those of the lattice of the shortest step, from the ray's entry on. Near the ray's end steps are
 /// short enough for a pair; what is left in the end, at most two of the shortest, is one segment. In empty
 /// space a ray at a node of extinction 0 goes on from the last node before the first that may be visible, and
@@ -25,6 +32,14 @@ inline constexpr float kGrowBelow = 0.125F;
 /// How often a step is halved at most: kHalvings, or fewer so that no ray through the box has more nodes than
 /// packets hold (packet_rays.h), where not halving brings that about.
 [[nodiscard]] int most_halvings(const volume::FieldBounds& bounds, double step);
+
+/// (k_d + k_s) h^2 / (2 v) for steps of length h: what they may err by per extinction, in light.
+/// \param spacing  the field's smallest, v; 0 where its gradients do not jump: nothing
+[[nodiscard]] double light_share(const Shading& shading, double step, double spacing);
+
+/// How often the shortest step may be doubled at a node: log4(tolerance / e), rounded down, at most `most`.
+/// \param e  of the shortest step, in units of the tolerance
+[[nodiscard]] int doublings_in_light(double e, int most);
 
 /// \throws vol::Error where steps are not this rule's to choose: other models, an index
 void require_adaptive_steps_can_be(const Scene& scene, bool index);

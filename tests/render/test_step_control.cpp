@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "fields.h"
 #include "instruction_sets.h"
+#include "noise_volume.h"
 #include "packet_oracle.h"
 #include "volume/grid_sampler.h"
 
@@ -61,6 +62,17 @@ void expect_oracle_of_steps(const volume::Volume& v, const Scene& scene, RenderO
     expect_the_same(raycast_plain(v, scene, options), raycast_packet(v, scene, options),
                     options.step_tolerance, largest);
   }
+}
+
+/// Of R, G and B, over the picture.
+double squared_error(const image::Image& image, const image::Image& truth) {
+  double sum = 0;
+  for (int y = 0; y < truth.height; ++y) {
+    for (int x = 0; x < truth.width; ++x) {
+      for (int c = 0; c < 3; ++c) sum += std::pow(double(truth.at(x, y, c)) - image.at(x, y, c), 2);
+    }
+  }
+  return sum;
 }
 
 TEST(StepControl, PacketsAgreeWithTheOracleOnEveryVoxelType) {
@@ -163,20 +175,101 @@ TEST(StepControl, TakesFewerSamplesThanUniformStepsAtLessError) {
   RenderOptions options = packet_options();
   options.step = 0.01;
   const image::Image truth = raycast_packet(v, scene, options).image;
-  const auto error = [&](const RenderResult& result) {
-    double sum = 0;
-    for (int y = 0; y < options.height; ++y) {
-      for (int x = 0; x < options.width; ++x) {
-        for (int c = 0; c < 3; ++c) sum += std::pow(double(truth.at(x, y, c)) - result.image.at(x, y, c), 2);
-      }
-    }
-    return sum;
-  };
   const RenderResult adaptive = raycast_packet(v, scene, adaptive_options(0.0005, 0.6));
   options.step = 0.15;
   const RenderResult uniform = raycast_packet(v, scene, options);
-  EXPECT_LT(error(adaptive), error(uniform));
+  EXPECT_LT(squared_error(adaptive.image, truth), squared_error(uniform.image, truth));
   EXPECT_LT(double(adaptive.counts.samples), 0.6 * double(uniform.counts.samples));
+}
+
+// 4^n e <= 1, and the next is not.
+TEST(StepControl, LightAllowsTheMostDoublingsBelowTheTolerance) {
+  Rng rng(5);
+  for (int i = 0; i < 1000; ++i) {
+    const double e = std::exp(rng.uniform(-12, 2));
+    const int n = doublings_in_light(e, 4);
+    ASSERT_TRUE(n >= 0 && n <= 4);
+    ASSERT_TRUE(n == 0 || std::pow(4, n) * e <= 1) << e;
+    ASSERT_TRUE(n == 4 || std::pow(4, n + 1) * e > 1) << e;
+  }
+  EXPECT_EQ(doublings_in_light(0, 3), 3);
+  EXPECT_EQ(doublings_in_light(1e300, 3), 0);
+  EXPECT_EQ(doublings_in_light(INFINITY, 3), 0);
+}
+
+// The same opacity and colour everywhere, and one gradient: trapezoids are exact and never differ, and steps
+// in light are a function of the depth alone, by Beer and Lambert.
+TEST(StepControl, StepsInLightLengthenAsTransmittanceFalls) {
+  volume::Volume v = noise({21, 17, 25}, 3, 0, 1, false);
+  auto& grid = std::get<volume::Grid<double>>(v.grid);
+  for (std::int64_t k = 0; k < 25; ++k) {
+    for (std::int64_t j = 0; j < 17; ++j) {
+      for (std::int64_t i = 0; i < 21; ++i) grid(i, j, k) = 0.25 + double(k) / 64;
+    }
+  }
+  Scene scene = scene_of(constant_transfer(0.11), 0, 0);
+  const double chord = chord_length(volume::field_bounds(v.geometry()), scene);
+  const double extinction = -std::log1p(-0.11) / scene.reference_length;
+  const auto samples_of_a_ray = [&](double tolerance, double step, double weight) {
+    const double shortest = step / 16;
+    const auto last = static_cast<int>(std::ceil(chord / shortest)) - 1;
+    const auto longest_at = [&](int node) {
+      const double seen = std::exp(-extinction * node * shortest);
+      int hop = 16;
+      while (hop > 1 &&
+             seen * extinction * hop * shortest * (hop * shortest / 0.7) * weight / 2 > tolerance) {
+        hop /= 2;
+      }
+      return hop;
+    };
+    int samples = 2, node = 0;  // the first and the last
+    for (int hop = longest_at(0); node + 2 <= last; hop = std::min(2 * hop, longest_at(node))) {
+      while (node + 2 * hop > last) hop /= 2;
+      samples += 2;
+      node += 2 * hop;
+    }
+    return samples;
+  };
+  for (const double tolerance : {0.3, 0.017, 0.0021, 0.00013}) {
+    for (const bool lit : {false, true}) {
+      SCOPED_TRACE(tolerance);
+      scene.shading.reset();
+      if (lit) scene.shading = Shading{.diffuse = 0.5, .specular = 0.3, .light = std::nullopt};
+      const RenderOptions options = adaptive_options(tolerance, 3.1);
+      const RenderResult packet = raycast_packet(v, scene, options);
+      ASSERT_STREQ(packet.caster, "packets");
+      const RenderResult plain = raycast_plain(v, scene, options);
+      const int expected = samples_of_a_ray(tolerance, 3.1, lit ? 0.8 : 0);
+      ASSERT_GT(packet.counts.rays, 100);
+      EXPECT_EQ(packet.counts.samples, packet.counts.rays * expected);
+      EXPECT_EQ(plain.counts.samples, plain.counts.rays * expected);
+    }
+  }
+}
+
+// A smooth field of a few hundred values: where it is nearly flat, normals jump from cell to cell with its
+// rounding, and three samples rarely tell.
+TEST(StepControl, InLightTakesFewerSamplesThanUniformStepsAtLessError) {
+  volume::Grid<std::uint8_t> grid{{.dims = {53, 47, 60}}, Buffer<std::uint8_t>(53 * 47 * 60)};
+  for (std::int64_t k = 0; k < 60; ++k) {
+    for (std::int64_t j = 0; j < 47; ++j) {
+      for (std::int64_t i = 0; i < 53; ++i) {
+        grid(i, j, k) = static_cast<std::uint8_t>(
+            std::lround(120 + 20 * std::sin(double(i + k) / 11 + 1) + 15 * std::cos(double(j) / 9)));
+      }
+    }
+  }
+  const volume::Volume v{std::move(grid), {}};
+  Scene scene = scene_of(transfer::TransferFunction({{0, {1, 1, 1}}}, {{0, 0.05}, {255, 0.1}}));
+  scene.shading = Shading{};
+  RenderOptions options = packet_options();
+  options.step = 0.05;
+  const image::Image truth = raycast_packet(v, scene, options).image;
+  const RenderResult adaptive = raycast_packet(v, scene, adaptive_options(0.01, 4));
+  options.step = 0.5;
+  const RenderResult uniform = raycast_packet(v, scene, options);
+  EXPECT_LT(squared_error(adaptive.image, truth), squared_error(uniform.image, truth));
+  EXPECT_LT(double(adaptive.counts.samples), 0.75 * double(uniform.counts.samples));
 }
 
 // No tolerance is lost when it becomes a float: what is below its range or above is its limit.
