@@ -64,8 +64,9 @@ void add_raycast(CLI::App& app, RaycastOptions& o) {
   app.add_option(
          "--step-tolerance", o.render.step_tolerance,
          "Trapezoid: --step is the longest, and halved, down to a 16th of it, where two steps differ from "
-         "one over both by more than this in the pixel, on the colour scale, and in light where they add "
-         "much to it; 0: steps all the same. No bound on the pixel's error.")
+         "one over both by more than this in the pixel, on the colour scale; with shading also where a step "
+         "adds much to the pixel for its length in voxels; 0: steps all the same. No bound on the pixel's "
+         "error.")
       ->check(check_finite)
       ->check(check_non_negative)
       ->capture_default_str()

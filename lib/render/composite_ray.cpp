@@ -119,11 +119,11 @@ class CompositeRay {
     return visit(node).invisible ? node : node - 1;
   }
 
-  /// The longest steps from a node on that light allows, in nodes.
+  /// The longest steps from a node on that shading allows, in nodes.
   [[nodiscard]] std::int64_t most_hop(const Visit& visit, double transmittance) const {
-    const double e = transmittance * context_.light_share * extinction(visit.node) /
+    const double g = transmittance * context_.shading_share * extinction(visit.node) /
                      (context_.optics->reference_length() * context_.options.step_tolerance);
-    return std::int64_t{1} << doublings_in_light(e, context_.halvings);
+    return std::int64_t{1} << doublings_in_shading(g, context_.halvings);
   }
 
   /// A reference length; an opaque node's counts as finite.

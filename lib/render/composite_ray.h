@@ -25,8 +25,9 @@ struct RayContext {
   std::optional<Optics> optics = {};
   std::optional<BlinnPhong> shading = {};
   // Steps of adaptive length (step_control.h):
-  int halvings = 0;        ///< the longest step is 2 to this nodes of the walk
-  double light_share = 0;  ///< of the walk's step
+  double cell = 0;           ///< smallest_cell()
+  int halvings = 0;          ///< the longest step is 2 to this nodes of the walk
+  double shading_share = 0;  ///< of the walk's step
 };
 
 /// Emission and absorption along a ray, or the part of one that a walk covers, in double precision: what the

@@ -48,7 +48,8 @@ struct RenderOptions {
   volume::Reconstruction reconstruction = volume::Reconstruction::trilinear;
   double step = 0.5;  ///< world length between nodes t_i = t_entry + i step
   /// Trapezoid, composite: `step` is the longest, and shorter ones are taken where a segment could change a
-  /// pixel by more (step_control.h); 0: all steps are the same.
+  /// pixel by more, and in shaded scenes where it adds more to one than is known (step_control.h); 0: all
+  /// steps are the same.
   double step_tolerance = 0;
   int nodes = 3;  ///< split: Gauss nodes a piece, 1 to 3
   /// Split: halve pieces until each ray's estimate of its own error, on the colour scale, is below; 0: fixed

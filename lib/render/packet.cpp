@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -189,10 +190,12 @@ bool PacketScene::set_tables(const RenderOptions& options, Tables& tables) const
   }
   if (scene_.shading) set_shading(geometry, *scene_.shading, job);
   if (scene_.shading && options.step_tolerance > 0) {
-    // A node's y is log2 of its share of a step: half of the step's extinction.
-    const double nodes_share =
-        light_share(*scene_.shading, options.step, spacing) * 2 * std::log(2.0) / options.step;
-    job.light_share = static_cast<float>(std::min(nodes_share / double(job.step_tolerance), 1e30));
+    // A node's y is log2 of its share of a step, half of the step's extinction: s = 2 ln 2 |y| / step.
+    const double share =
+        shading_share(*scene_.shading, options.step, smallest_cell(geometry, options.reconstruction)) * 2 *
+        std::numbers::ln2 / options.step;
+    constexpr double kFinite = 1e30;  // as a float
+    job.shading_share = static_cast<float>(std::min(share / double(job.step_tolerance), kFinite));
   }
   if (options.max_error > 0) set_budget(scene_, options, job);
   // Preintegrated segments are left out between macrocells that touch: no step may pass over one.

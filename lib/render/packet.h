@@ -49,8 +49,8 @@ class PacketVolume {
 ///    fixed-point number, entry + i times the step, 31 binary digits behind the point, however i was reached.
 ///
 /// With options.step_tolerance the nodes are the oracle's too, but where an estimate is within rounding of
-/// the tolerance: a ray on the other side of it is off by a few tolerances. Leaving empty space changes steps
-/// there.
+/// the tolerance, or in a shaded scene g of it over a power of four: a ray on the other side of it is off by
+/// a few tolerances. Leaving empty space changes steps there.
 ///
 /// What holds within a bound, for n nodes a ray: colour and alpha differ from the oracle's, and from one
 /// instruction set to another, by at most 2e-6 + 1e-8 n times the largest colour where opacity and colour are

@@ -78,7 +78,7 @@ struct PacketJob {
   float termination = 0;
   float step_tolerance = 0;  ///< trapezoid: of steps of adaptive length (step_control.h); 0: all the same
   int halvings = 0;          ///< of the longest of these, at most
-  float light_share = 0;     ///< shaded: by which y of the shortest step may err, in units of the tolerance
+  float shading_share = 0;   ///< times T |y|: g of the shortest step, in units of the tolerance
   // Split, adaptive: the error that a ray's pieces may make together (0: fixed pieces), and what errors of a
   // piece's emitted light and opacity count in a pixel.
   float budget = 0, error_emitted = 0, error_alpha = 0;
@@ -99,7 +99,7 @@ struct PacketJob {
   std::int32_t row_bytes = 0, slice_bytes = 0;
   float inverse_reduction = 1;
   int reduction = 1;
-  float longest_hop = 1;  ///< in steps: 2 to the index's highest level
+  float longest_hop = 1;  ///< in steps: 2 to the index's highest level, or to `halvings`
 };
 
 /// Rays of one packet, by lane. Positions in index space are fixed-point: whole voxels and 31-bit fractions.

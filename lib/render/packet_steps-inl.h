@@ -101,12 +101,13 @@ class AdaptiveSteps : private Composite<kVoxels, true, kChannels> {
     return hn::Mul(hn::Mul(constant(kLn2), hop), hn::Mul(path.transmittance, most));
   }
 
-  /// The highest level that light allows behind the left node (doublings_in_light, by the exponent alone).
+  /// The highest level that shading allows behind the left node: doublings_in_shading() by the exponent of g
+  /// alone, for which powers of four count as above.
   HWY_INLINE I most_level(const Path& path) const {
     const I highest = constant_i(job_.halvings);
     if (!job_.shaded) return highest;
-    const F e = hn::Mul(hn::Mul(path.transmittance, constant(job_.light_share)), hn::Abs(path.left.y));
-    const I exponent = hn::ShiftRight<23>(hn::BitCast(DI(), e));
+    const F g = hn::Mul(hn::Mul(path.transmittance, constant(job_.shading_share)), hn::Abs(path.left.y));
+    const I exponent = hn::ShiftRight<23>(hn::BitCast(DI(), g));
     const I doublings = hn::ShiftRight<1>(hn::Sub(constant_i(126), exponent));
     return hn::Min(hn::Max(doublings, hn::Zero(DI())), highest);
   }

@@ -58,7 +58,7 @@ std::shared_ptr<const RayContext> complete(RayContext context, const Scene& scen
     context.halvings = most_halvings(context.field.bounds, context.options.step);
     context.options.step /= 1 << context.halvings;  // the walk's nodes
     if (scene.shading) {
-      context.light_share = light_share(*scene.shading, context.options.step, smallest_spacing);
+      context.shading_share = shading_share(*scene.shading, context.options.step, context.cell);
     }
   }
   if (scene.model == Model::composite) {
@@ -132,6 +132,7 @@ std::shared_ptr<const RayContext> context_of(const volume::Volume& volume, const
                      .index = index,
                      .labels = labels,
                      .grid = field};
+  context.cell = smallest_cell(geometry, options.reconstruction);
   if (options.skip_empty && labels) {
     context.visibility.emplace(labels->visibility());
     context.dims = geometry.dims;

@@ -1,7 +1,6 @@
 #include "render/step_control.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/error.h"
 #include "render/packet_rays.h"
@@ -16,15 +15,23 @@ int most_halvings(const volume::FieldBounds& bounds, double step) {
   return halvings;
 }
 
-double light_share(const Shading& shading, double step, double spacing) {
-  return spacing > 0 ? (shading.diffuse + shading.specular) * step * step / (2 * spacing) : 0;
+double smallest_cell(const volume::GridGeometry& geometry, volume::Reconstruction reconstruction) {
+  if (reconstruction != volume::Reconstruction::trilinear) return 0;
+  double least = 0;
+  for (int a = 0; a < 3; ++a) {
+    if (geometry.dims[a] > 1) least = least > 0 ? std::min(least, geometry.spacing[a]) : geometry.spacing[a];
+  }
+  return least;
 }
 
-int doublings_in_light(double e, int most) {
-  if (!(e > 0)) return most;
-  // 4^n e <= 1; as the packets have it, by e's exponent alone (a power of two counts as above itself).
-  const int exponent = std::ilogb(std::min(e, 1e30));
-  return std::clamp((-1 - exponent) >> 1, 0, most);
+double shading_share(const Shading& shading, double h, double cell) {
+  return cell > 0 ? (shading.diffuse + shading.specular) * h * (h / cell) / 2 : 0;
+}
+
+int doublings_in_shading(double g, int most) {
+  int n = 0;
+  for (; n < most && 4 * g <= 1; g *= 4) ++n;
+  return n;
 }
 
 void require_adaptive_steps_can_be(const Scene& scene, bool index) {

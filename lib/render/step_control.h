@@ -1,6 +1,7 @@
 #pragma once
 #include "render/options.h"
 #include "volume/field_sampler.h"
+#include "volume/grid_geometry.h"
 
 namespace vol::render {
 
@@ -15,12 +16,13 @@ namespace vol::render {
 /// are twice as long: e grows with h^3 where the field is smooth. T weights what lies deep in the medium by
 /// what is seen of it.
 ///
-/// Where light falls, three nodes do not foresee e: normals of a trilinear field jump from cell to cell, and
-/// between nodes in the same cells hardly differ. There steps from a node of extinction s on are also not
-/// longer, by powers of two, than
-///   e = T s h (h/v) (k_d + k_s) / 2
-/// allows, v the smallest spacing: of what a step adds to the pixel, a share that grows with the cells it
-/// leaves out. That needs no pair tried in vain.
+/// Of shading three nodes do not foresee the error: normals of a trilinear field jump from cell to cell, and
+/// hardly differ in between. In shaded scenes a pair's steps are therefore also the longest of these whose
+///   g = T s h (h/v) (k_d + k_s) / 2
+/// is at most the tolerance, T and s those at the pair's first node, v the smallest spacing (the shortest
+/// step passes whatever g is): of what a step adds to the pixel, a share that grows with the cells it leaves
+/// out. Colours count as 1; the 1/2 is measured (decisions.md). It needs no pair tried in vain. Volumes of
+/// trilinear cells only: of other fields it is not known where gradients jump.
 ///
 /// Nodes are those of the lattice of the shortest step, from the ray's entry on. Near the ray's end steps are
 /// short enough for a pair; what is left in the end, at most two of the shortest, is one segment. In empty
@@ -33,13 +35,16 @@ inline constexpr float kGrowBelow = 0.125F;
 /// packets hold (packet_rays.h), where not halving brings that about.
 [[nodiscard]] int most_halvings(const volume::FieldBounds& bounds, double step);
 
-/// (k_d + k_s) h^2 / (2 v) for steps of length h: what they may err by per extinction, in light.
-/// \param spacing  the field's smallest, v; 0 where its gradients do not jump: nothing
-[[nodiscard]] double light_share(const Shading& shading, double step, double spacing);
+/// v above: the smallest spacing of an axis of several samples; 0 for other reconstructions than trilinear.
+[[nodiscard]] double smallest_cell(const volume::GridGeometry& geometry,
+                                   volume::Reconstruction reconstruction);
 
-/// How often the shortest step may be doubled at a node: log4(tolerance / e), rounded down, at most `most`.
-/// \param e  of the shortest step, in units of the tolerance
-[[nodiscard]] int doublings_in_light(double e, int most);
+/// g / (T s) for steps of length h; 0 where `cell`, v, is 0.
+[[nodiscard]] double shading_share(const Shading& shading, double h, double cell);
+
+/// How often the shortest step may be doubled: the largest n <= most with 4^n g <= 1, or 0.
+/// \param g  of the shortest step, in units of the tolerance
+[[nodiscard]] int doublings_in_shading(double g, int most);
 
 /// \throws vol::Error where steps are not this rule's to choose: other models, an index
 void require_adaptive_steps_can_be(const Scene& scene, bool index);

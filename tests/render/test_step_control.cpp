@@ -89,6 +89,9 @@ TEST(StepControl, PacketsAgreeForSoftAndDenseTransferFunctionsAndEarlyTerminatio
   for (const double tolerance : {0.1, 0.01, 0.001}) {
     RenderOptions options = adaptive_options(tolerance);
     expect_oracle_of_steps(v, packet_soft_scene(255), options);
+    Scene shaded = packet_soft_scene(255);
+    shaded.shading = Shading{};
+    expect_oracle_of_steps(v, shaded, options);
     options.termination = 0.05;
     expect_oracle_of_steps(v, packet_scene(255, 0.97), options);
   }
@@ -107,7 +110,10 @@ TEST(StepControl, PacketsAgreeForShadingPerspectiveAndFlatVolumes) {
 
 // Opacity 1 makes differences infinite: steps are the shortest there, and nothing is behind.
 TEST(StepControl, PacketsAgreeWhereOpacityIsOne) {
-  expect_oracle_of_steps(packet_volume<std::uint8_t>(255), packet_scene(255, 1.0), adaptive_options());
+  Scene scene = packet_scene(255, 1.0);
+  expect_oracle_of_steps(packet_volume<std::uint8_t>(255), scene, adaptive_options());
+  scene.shading = Shading{};
+  expect_oracle_of_steps(packet_volume<std::uint8_t>(255), scene, adaptive_options());
 }
 
 // The medium is the same all along the faces, so that what is different at a ray's end does not count, and
@@ -182,24 +188,24 @@ TEST(StepControl, TakesFewerSamplesThanUniformStepsAtLessError) {
   EXPECT_LT(double(adaptive.counts.samples), 0.6 * double(uniform.counts.samples));
 }
 
-// 4^n e <= 1, and the next is not.
-TEST(StepControl, LightAllowsTheMostDoublingsBelowTheTolerance) {
+// 4^n g <= 1, and the next is not.
+TEST(StepControl, ShadingAllowsTheMostDoublingsBelowTheTolerance) {
   Rng rng(5);
   for (int i = 0; i < 1000; ++i) {
-    const double e = std::exp(rng.uniform(-12, 2));
-    const int n = doublings_in_light(e, 4);
+    const double g = i < 8 ? std::pow(4, -i) : std::exp(rng.uniform(-12, 2));
+    const int n = doublings_in_shading(g, 4);
     ASSERT_TRUE(n >= 0 && n <= 4);
-    ASSERT_TRUE(n == 0 || std::pow(4, n) * e <= 1) << e;
-    ASSERT_TRUE(n == 4 || std::pow(4, n + 1) * e > 1) << e;
+    ASSERT_TRUE(n == 0 || std::pow(4, n) * g <= 1) << g;
+    ASSERT_TRUE(n == 4 || std::pow(4, n + 1) * g > 1) << g;
   }
-  EXPECT_EQ(doublings_in_light(0, 3), 3);
-  EXPECT_EQ(doublings_in_light(1e300, 3), 0);
-  EXPECT_EQ(doublings_in_light(INFINITY, 3), 0);
+  EXPECT_EQ(doublings_in_shading(0, 3), 3);
+  EXPECT_EQ(doublings_in_shading(1e308, 3), 0);
+  EXPECT_EQ(doublings_in_shading(INFINITY, 3), 0);
 }
 
-// The same opacity and colour everywhere, and one gradient: trapezoids are exact and never differ, and steps
-// in light are a function of the depth alone, by Beer and Lambert.
-TEST(StepControl, StepsInLightLengthenAsTransmittanceFalls) {
+// The same opacity and colour everywhere, and one gradient: trapezoids are exact and never differ, and with
+// shading steps are a function of the depth alone, by Beer and Lambert.
+TEST(StepControl, ShadedStepsLengthenAsTransmittanceFalls) {
   volume::Volume v = noise({21, 17, 25}, 3, 0, 1, false);
   auto& grid = std::get<volume::Grid<double>>(v.grid);
   for (std::int64_t k = 0; k < 25; ++k) {
@@ -231,15 +237,15 @@ TEST(StepControl, StepsInLightLengthenAsTransmittanceFalls) {
     return samples;
   };
   for (const double tolerance : {0.3, 0.017, 0.0021, 0.00013}) {
-    for (const bool lit : {false, true}) {
+    for (const bool shaded : {false, true}) {
       SCOPED_TRACE(tolerance);
       scene.shading.reset();
-      if (lit) scene.shading = Shading{.diffuse = 0.5, .specular = 0.3, .light = std::nullopt};
+      if (shaded) scene.shading = Shading{.diffuse = 0.5, .specular = 0.3, .light = std::nullopt};
       const RenderOptions options = adaptive_options(tolerance, 3.1);
       const RenderResult packet = raycast_packet(v, scene, options);
       ASSERT_STREQ(packet.caster, "packets");
       const RenderResult plain = raycast_plain(v, scene, options);
-      const int expected = samples_of_a_ray(tolerance, 3.1, lit ? 0.8 : 0);
+      const int expected = samples_of_a_ray(tolerance, 3.1, shaded ? 0.8 : 0);
       ASSERT_GT(packet.counts.rays, 100);
       EXPECT_EQ(packet.counts.samples, packet.counts.rays * expected);
       EXPECT_EQ(plain.counts.samples, plain.counts.rays * expected);
@@ -247,9 +253,8 @@ TEST(StepControl, StepsInLightLengthenAsTransmittanceFalls) {
   }
 }
 
-// A smooth field of a few hundred values: where it is nearly flat, normals jump from cell to cell with its
-// rounding, and three samples rarely tell.
-TEST(StepControl, InLightTakesFewerSamplesThanUniformStepsAtLessError) {
+// A smooth field rounded to 71 values, whose normals turn at cells' faces: three samples rarely tell.
+TEST(StepControl, ShadedTakesFewerSamplesThanUniformStepsAtLessError) {
   volume::Grid<std::uint8_t> grid{{.dims = {53, 47, 60}}, Buffer<std::uint8_t>(53 * 47 * 60)};
   for (std::int64_t k = 0; k < 60; ++k) {
     for (std::int64_t j = 0; j < 47; ++j) {
@@ -272,12 +277,41 @@ TEST(StepControl, InLightTakesFewerSamplesThanUniformStepsAtLessError) {
   EXPECT_LT(double(adaptive.counts.samples), 0.75 * double(uniform.counts.samples));
 }
 
+// Nearest samples have no gradient: shading changes no light there, and no steps.
+TEST(StepControl, ShadingOfNearestSamplesChangesNoSteps) {
+  const auto v = packet_volume<std::uint8_t>(255);
+  RenderOptions options = adaptive_options(0.003, 3);
+  options.reconstruction = volume::Reconstruction::nearest;
+  Scene scene = packet_soft_scene(255);
+  scene.shading = Shading{.diffuse = 0, .specular = 0, .light = std::nullopt};
+  const RenderResult ambient = raycast_packet(v, scene, options);
+  scene.shading = Shading{};
+  for (const RenderResult& result : {raycast_packet(v, scene, options), raycast_plain(v, scene, options)}) {
+    EXPECT_NEAR(double(result.counts.samples), double(ambient.counts.samples),
+                1e-3 * double(ambient.counts.samples));
+  }
+}
+
+// A slice has no cells across it, however thin it is.
+TEST(StepControl, SmallestCellIsThatOfAxesOfSeveralSamples) {
+  volume::GridGeometry geometry;
+  geometry.spacing = {2, 0.01, 3};
+  geometry.dims = {4, 1, 5};
+  EXPECT_EQ(smallest_cell(geometry, volume::Reconstruction::trilinear), 2);
+  EXPECT_EQ(smallest_cell(geometry, volume::Reconstruction::nearest), 0);
+  geometry.dims = {1, 1, 1};
+  EXPECT_EQ(smallest_cell(geometry, volume::Reconstruction::trilinear), 0);
+}
+
 // No tolerance is lost when it becomes a float: what is below its range or above is its limit.
 TEST(StepControl, PacketsAgreeAtTolerancesBeyondFloat) {
   const auto v = packet_volume<std::uint8_t>(255);
   for (const double tolerance : {1e-300, 1e300}) {
     SCOPED_TRACE(tolerance);
-    expect_oracle_of_steps(v, packet_scene(255), adaptive_options(tolerance), 1);
+    Scene scene = packet_scene(255);
+    expect_oracle_of_steps(v, scene, adaptive_options(tolerance), 1);
+    scene.shading = Shading{};
+    expect_oracle_of_steps(v, scene, adaptive_options(tolerance), 1);
   }
 }
 
