@@ -16,9 +16,9 @@ COLUMNS = ["dataset", "scene", "size", "method", "setting", "samples", "mse", "m
 
 EXPLANATION = """\
 Pictures of {truths}; truth: the adaptive reference integral, to the tolerance given. MSE on the byte scale, largest error on the colour scale 0..1.
-The first pass renders every setting once, for its error, on all cores. Of it the {screened} fastest at each error, of uniform sampling and of the rest,
-are timed again, {screenings} times, at each number of threads, and the fastest of each kind once more, in {rounds} interleaved rounds: no setting
-is chosen for the luck that it is measured with. *Ratio*: time of the best uniform setting over that of the best other setting,
+The first pass renders every setting once, for its error, on all cores. Of it the fastest at each error, of uniform sampling
+and of the rest (up to twice the least time, {screened} at most), are timed again at each number of threads, and the fastest of each kind once more, in {rounds} interleaved rounds:
+no setting is chosen for the luck that it is measured with. A time is the least of {repeats} frames in one process. *Ratio*: time of the best uniform setting over that of the best other setting,
 median with its 95 % interval (order statistics); above 1 the other is faster. Uniform sampling may take any step and quadrature,
 with the same skipping of empty space and the same early terminations. Where none of its settings keeps the error, its most accurate one
 of at most {limit_s} s stands in: finer steps take longer, so the ratio is *over* what is given; in medians it counts as that. Scenes in which the
@@ -173,7 +173,7 @@ def main():
     write_csv(arguments.csv, swept, groups)
     stats = load(out / "truth" / settings["groups"][0] / "reference.json")
     host = f"{stats['host']['cpu']}, {stats['host']['threads']} threads, {stats['host']['simd']}, commit {stats['commit']}"
-    text = "# Error against time\n\n" + EXPLANATION.format(host=host, truths=truths(swept), **swept)
+    text = "# Error against time\n\n" + EXPLANATION.format(host=host, truths=truths(swept), repeats=pareto.REPEATS, **swept)
     for size in sizes(swept):
         at = {g: found for g, found in groups.items() if sweep.of_group(swept, g)["size"] == size}
         if rows := list(equal_error(swept, at)):

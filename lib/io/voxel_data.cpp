@@ -12,6 +12,7 @@
 
 #include "base/checked.h"
 #include "base/error.h"
+#include "base/heap.h"
 #include "base/parallel.h"
 #include "io/header_text.h"
 
@@ -32,6 +33,7 @@ void grow(Buffer<T>& voxels, std::size_t total, bool certain, const Fill& fill) 
     const std::size_t next = std::min(total, room);
     voxels.reserve(next);
     voxels.resize(next);
+    prefer_large_pages(voxels.data() + have, (next - have) * sizeof(T));
     fill(voxels, have, next);
     have = next;
   }
