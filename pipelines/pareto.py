@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""One data set and scene of a `pareto` sweep: first every setting once, for its error and a rough time; then those near the
+"""One data set and scene of a `pareto` sweep: first every setting, for its error and a rough time; then those near the
 front again, some times each, to choose among them; the chosen a third time, interleaved, so that times can be compared."""
 
 import argparse
