@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 """Table of a `bounds` sweep: for every scene and bound the largest error of all views, and what the bound cost."""
 
-import csv
 import json
 import pathlib
 import statistics
@@ -42,10 +41,6 @@ def main():
         drawn = json.loads((pathlib.Path(settings["out"]) / "bounds" / f"{group}.json").read_text())
         missed += sum(is_over(p, asked) for p in drawn)
         rows += rows_of(group, drawn, asked)
-    with open(arguments.csv, "w", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
     pictures = sum(r["views"] for r in rows if r["setting"] != "uniform")
     refused = sum(r["refused"] for r in rows)
     text = (f"# Whether --max-error keeps its bound\n\n{pictures} pictures of {asked['size']} pixels from {asked['views']} random views of each"
@@ -53,8 +48,7 @@ def main():
             " reference integral, over all views; *estimate*: what the tool said beforehand. Linear colours,\n0 to 1; a picture's error"
             f" may exceed its bound by the truth's own tolerance, {asked['tolerance']}. *uniform*: `{asked['beside']}`.\nTimes and samples are"
             " medians of the views, all threads; what is prepared once a scene is not in them.\n\n")
-    lines = [COLUMNS, ["---"] * len(COLUMNS)] + [[r[c] for c in COLUMNS] for r in rows]
-    pathlib.Path(arguments.markdown).write_text(text + "".join("| " + " | ".join(map(str, c)) + " |\n" for c in lines))
+    records.write_table(arguments, COLUMNS, rows, text)
 
 
 if __name__ == "__main__":

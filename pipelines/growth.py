@@ -1,14 +1,13 @@
 #!/usr/bin/python3
 """Times of the same pictures of ever larger volumes, interleaved, and how they grow beside the samples."""
 
-import argparse
-import csv
 import itertools
 import json
 import pathlib
 import statistics
 
 import raycaster
+import records
 import rounds
 import sweep
 
@@ -48,25 +47,15 @@ def rows_of(found):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("settings")
-    parser.add_argument("--bin", required=True)
-    parser.add_argument("--csv", required=True)
-    parser.add_argument("--markdown", required=True)
-    arguments = parser.parse_args()
+    arguments = records.table_arguments(__doc__, "settings", tools=True)
     settings = json.loads(pathlib.Path(arguments.settings).read_text())
     asked, rows = settings["sweep"], list(rows_of(measured(settings, arguments.bin)))
-    with open(arguments.csv, "w", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
     said = ", ".join(f"*{name}*: `{options}`" for name, options in asked["settings"].items())
     pictures = "; ".join(f"*{name}*: {', '.join(f'{p} pixels of {v}' for v, p in sizes.items())}" for name, sizes in asked["pictures"].items())
     text = (f"# A frame's time over the size of the volume\n\nThe bust phantom in bytes, in the same box at every size, steps of half a voxel. {said}."
             f" Pictures: {pictures}.\nMedians of {asked['rounds']} interleaved rounds; growth from the size before with its 95 % interval;"
             " *time over samples* at most 1: time grows\nno faster than the samples.\n\n")
-    lines = [COLUMNS, ["---"] * len(COLUMNS)] + [[r[c] for c in COLUMNS] for r in rows]
-    pathlib.Path(arguments.markdown).write_text(text + "".join("| " + " | ".join(map(str, c)) + " |\n" for c in lines))
+    records.write_table(arguments, COLUMNS, rows, text)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 """Our ray caster beside others on the same volume, view, transfer function and step; runs interleaved, the camera turned one
 degree a round; every picture's error is against the reference integral."""
 
-import argparse
 import csv
 import importlib.util
 import itertools
@@ -17,6 +16,7 @@ import sys
 import yaml
 
 import raycaster
+import records
 import rounds
 import sweep
 
@@ -270,12 +270,7 @@ def write(rows, settings, absent, arguments, host):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("settings")
-    parser.add_argument("--bin", required=True)
-    parser.add_argument("--csv", required=True)
-    parser.add_argument("--markdown", required=True)
-    arguments = parser.parse_args()
+    arguments = records.table_arguments(__doc__, "settings", tools=True)
     settings = json.loads(pathlib.Path(arguments.settings).read_text())
     asked, rows, absent = settings["sweep"], [], missing()
     if not os.access(pathlib.Path(settings["out"]) / "volpack", os.X_OK):

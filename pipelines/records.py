@@ -13,12 +13,14 @@ COST = ["time_s", "index_s", "transform_s"]
 COLUMNS = KEY + ACCURACY + COST
 
 
-def table_arguments(description, *inputs, folder=False):
-    """The command line of a program that makes tables: its inputs (of "found..." one or more), and as -o a folder for what it
-    makes, or else --csv and --markdown."""
+def table_arguments(description, *inputs, folder=False, tools=False):
+    """The command line of a program that makes tables: its inputs (of "found..." one or more), --bin where it runs `tools`, and
+    as -o a folder for what it makes, or else --csv and --markdown."""
     parser = argparse.ArgumentParser(description=description)
     for name in inputs:
         parser.add_argument(name.removesuffix("..."), nargs="+" if name.endswith("...") else None)
+    if tools:
+        parser.add_argument("--bin", required=True, help="folder of the tools")
     if folder:
         parser.add_argument("-o", "--output", type=pathlib.Path, required=True, help="folder")
     else:
@@ -35,6 +37,16 @@ def tool_arguments(description, *inputs):
     parser.add_argument("--bin", required=True, help="folder of the tools")
     parser.add_argument("-o", "--output", required=True)
     return parser.parse_args()
+
+
+def write_table(arguments, columns, rows, text):
+    """The rows as --csv, and behind `text` as --markdown."""
+    with open(arguments.csv, "w", newline="") as file:
+        writer = csv.DictWriter(file, columns, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    lines = [columns, ["---"] * len(columns)] + [[row[c] for c in columns] for row in rows]
+    pathlib.Path(arguments.markdown).write_text(text + "".join("| " + " | ".join(map(str, c)) + " |\n" for c in lines))
 
 
 def load(path):
