@@ -146,7 +146,7 @@ RenderCounts cast_list(const PacketPicture& picture, std::span<const PixelPositi
     }
     return counts;
   };
-  return parallel_reduce<RenderCounts>(0, packets, 16, some, add_counts);
+  return parallel_reduce<RenderCounts>(0, packets, 4, some, add_counts);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "render/refinement.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,8 +13,10 @@ namespace vol::render {
 namespace {
 
 constexpr int kDepthChannel = 5;
-constexpr int kColours = 4;
 constexpr int kLargestStep = 64;
+
+/// R, G, B and A of a pixel.
+using Colour = Eigen::Array4f;
 
 /// Corners at (x, y) and (x + w, y + h); the last cells of a row or column are smaller, down to one pixel.
 struct Cell {
@@ -21,16 +24,29 @@ struct Cell {
   [[nodiscard]] bool is_single() const { return w <= 1 && h <= 1; }
 };
 
-/// Weights of four neighbours a cell apart for a place in the middle cell, t in [0, 1]: the cubic of Catmull
-/// and Rom (1974), or where an outer neighbour is missing the line through the inner two.
-using Weights = std::array<float, 4>;
-Weights cubic(float t) {
-  return {0.5F * t * (-1 + t * (2 - t)), 1 + 0.5F * t * t * (-5 + 3 * t), 0.5F * t * (1 + t * (4 - 3 * t)),
-          0.5F * t * t * (t - 1)};
-}
-Weights linear(float t) {
-  return {0, 1 - t, t, 0};
-}
+/// The places of pixels along a side of a cell, and what neighbours beyond its ends tell of them.
+class Places {
+ public:
+  struct Place {
+    float t;        ///< 0 at the side's beginning, 1 at its end
+    float bend[4];  ///< weights of what the cubic of Catmull and Rom (1974) adds to the line
+  };
+  Places() {
+    for (int size = 0; size <= kLargestStep; ++size) {
+      for (int i = 0; i <= size; ++i) {
+        const float t = size > 0 ? static_cast<float>(i) / static_cast<float>(size) : 0.0F;
+        const float before = -0.5F * t * (1 - t) * (1 - t), behind = -0.5F * t * t * (1 - t);
+        // Second differences at the two ends, of weights `before` and `behind`.
+        places_.push_back({t, {before, behind - 2 * before, before - 2 * behind, behind}});
+      }
+    }
+  }
+  /// Those of a side `size` pixels long, size + 1 of them.
+  [[nodiscard]] const Place* of_side(int size) const { return places_.data() + size * (size + 1) / 2; }
+
+ private:
+  std::vector<Place> places_;
+};
 
 class Refinement {
  public:
@@ -92,54 +108,62 @@ class Refinement {
       for (const int x : {c.x, c.x + c.w}) want(x, y);
     }
   }
+  /// The corners of a cell's quarters that are not its own.
+  void want_middles(const Cell& c) {
+    const int w = c.w / 2, h = c.h / 2;
+    if (w > 0) want(c.x + w, c.y);
+    if (h > 0) want(c.x, c.y + h);
+    if (w > 0 && h > 0) want(c.x + w, c.y + h);
+    if (h > 0) want(c.x + c.w, c.y + h);
+    if (w > 0) want(c.x + w, c.y + c.h);
+  }
   void cast_wanted() {
     if (!wanted_.empty()) cast_(wanted_);
     wanted_.clear();
   }
 
-  /// Second difference through three pixels in a line, `before` and `behind` apart, for a spacing of `size`:
-  /// the largest over the channels.
-  [[nodiscard]] float bend(const float* a, const float* b, const float* c, int before, int behind,
-                           int size) const {
+  [[nodiscard]] Colour colour(int x, int y) const { return Eigen::Map<const Colour>(pixel(x, y)); }
+
+  /// Magnitude of the second difference through three pixels in a line, `before` and `behind` apart, for a
+  /// spacing of `size`.
+  static Colour bend(const Colour& a, const Colour& b, const Colour& c, int before, int behind, int size) {
+    const Colour first = b - a, second = c - b;  // of finite values: never infinite of one sign
+    if (before == size && behind == size) return (second - first).abs();
     const auto s = static_cast<float>(size);
     const float scale = 2 * s * s / static_cast<float>(before + behind);
-    float most = 0;
-    for (int k = 0; k < kColours; ++k) {
-      const float d = (c[k] - b[k]) / static_cast<float>(behind) - (b[k] - a[k]) / static_cast<float>(before);
-      most = std::max(most, d == d ? std::abs(scale * d) : INFINITY);
-    }
-    return most;
+    return (scale * (second / static_cast<float>(behind) - first / static_cast<float>(before))).abs();
   }
 
-  /// The largest second difference along a side from (x, y), `size` pixels in direction (dx, dy), and its
+  /// The largest second differences along a side from (x, y), `size` pixels in direction (dx, dy), and its
   /// neighbours on the same line; infinite where there is none to compare with.
-  [[nodiscard]] float side_bend(int x, int y, int dx, int dy, int size) const {
-    if (size <= 1) return 0;
+  [[nodiscard]] Colour side_bend(int x, int y, int dx, int dy, int size) const {
+    if (size <= 1) return Colour::Zero();
     const int ex = x + size * dx, ey = y + size * dy;
-    float most = -1;
+    const Colour here = colour(x, y), there = colour(ex, ey);
+    Colour most = Colour::Constant(-1);
     for (const int reach : {size, size + 1, size - 1}) {
       if (is_known(x - reach * dx, y - reach * dy)) {
-        most = std::max(
-            most, bend(pixel(x - reach * dx, y - reach * dy), pixel(x, y), pixel(ex, ey), reach, size, size));
+        most = bend(colour(x - reach * dx, y - reach * dy), here, there, reach, size, size);
         break;
       }
     }
     for (const int reach : {size, size + 1, size - 1}) {
       if (is_known(ex + reach * dx, ey + reach * dy)) {
-        most = std::max(most, bend(pixel(x, y), pixel(ex, ey), pixel(ex + reach * dx, ey + reach * dy), size,
-                                   reach, size));
+        const Colour last = bend(here, there, colour(ex + reach * dx, ey + reach * dy), size, reach, size);
+        most = most.max(last);
         break;
       }
     }
-    return most < 0 ? INFINITY : most;
+    return most[0] == -1 ? Colour::Constant(INFINITY) : most;
   }
 
   /// Interpolation misses a kink in the middle of a cell by half of the second differences at its corners,
   /// and less where the picture is smooth.
   [[nodiscard]] bool is_flat(const Cell& c) const {
-    const float across = std::max(side_bend(c.x, c.y, 1, 0, c.w), side_bend(c.x, c.y + c.h, 1, 0, c.w));
-    const float down = std::max(side_bend(c.x, c.y, 0, 1, c.h), side_bend(c.x + c.w, c.y, 0, 1, c.h));
-    return 0.5F * (across + down) <= tolerance_;
+    const float across = side_bend(c.x, c.y, 1, 0, c.w).max(side_bend(c.x, c.y + c.h, 1, 0, c.w)).maxCoeff();
+    if (!(across <= 2 * tolerance_)) return false;
+    const float down = side_bend(c.x, c.y, 0, 1, c.h).max(side_bend(c.x + c.w, c.y, 0, 1, c.h)).maxCoeff();
+    return across + down <= 2 * tolerance_;
   }
 
   /// Flat cells become leaves; the quarters of the others are returned, their corners cast.
@@ -148,18 +172,19 @@ class Refinement {
     const auto some = [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t i = begin; i < end; ++i) {
         const Cell& cell = cells[static_cast<std::size_t>(i)];
-        flat[static_cast<std::size_t>(i)] = !cell.is_single() && is_flat(cell);
+        flat[static_cast<std::size_t>(i)] = is_flat(cell);
       }
     };
-    parallel_for(0, static_cast<std::int64_t>(cells.size()), 1024, some);
+    parallel_for(0, static_cast<std::int64_t>(cells.size()), 256, some);
     std::vector<Cell> quarters;
+    quarters.reserve(4 * static_cast<std::size_t>(std::count(flat.begin(), flat.end(), 0)));
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const Cell& cell = cells[i];
-      if (cell.is_single()) continue;
       if (flat[i]) {
         leaves_.push_back(cell);
         continue;
       }
+      want_middles(cell);
       const int w = cell.w / 2, h = cell.h / 2;
       // A side of one pixel is not cut.
       for (const int bottom : {0, 1}) {
@@ -168,8 +193,7 @@ class Refinement {
           if (right == 0 && w == 0) continue;
           const Cell quarter{cell.x + right * w, cell.y + bottom * h, right ? cell.w - w : w,
                              bottom ? cell.h - h : h};
-          want_corners(quarter);
-          quarters.push_back(quarter);
+          if (!quarter.is_single()) quarters.push_back(quarter);
         }
       }
     }
@@ -177,64 +201,61 @@ class Refinement {
     return quarters;
   }
 
-  /// Whether all sixteen pixels around a cell, one cell apart, were cast.
+  /// Whether the pixels one cell further on were cast, along all four sides.
   [[nodiscard]] bool is_surrounded(const Cell& c) const {
-    for (int j = -1; j <= 2; ++j) {
-      for (int i = -1; i <= 2; ++i) {
-        if (!is_known(c.x + i * c.w, c.y + j * c.h)) return false;
-      }
-    }
-    return true;
+    if (c.w < 1 || c.h < 1 || c.x < c.w || c.y < c.h) return false;
+    if (c.x + 2 * c.w >= image_.width || c.y + 2 * c.h >= image_.height) return false;
+    const std::uint8_t* const corner = known_.data() + offset(c.x, c.y);
+    const std::ptrdiff_t w = c.w, h = std::ptrdiff_t{c.h} * image_.width;
+    return corner[-h] && corner[w - h] && corner[-w] && corner[2 * w] && corner[h - w] && corner[h + 2 * w] &&
+           corner[2 * h] && corner[2 * h + w];
   }
 
-  /// Colour and alpha of one pixel.
-  using Colour = std::array<float, kColours>;
-  static void add(Colour& sum, float weight, const float* colour) {
-    for (std::size_t c = 0; c < kColours; ++c) sum[c] += weight * colour[c];
-  }
+  void fill(const Cell& cell) { is_surrounded(cell) ? fill_with<true>(cell) : fill_with<false>(cell); }
 
-  void fill(const Cell& cell) {
-    const bool surrounded = cell.w > 0 && cell.h > 0 && is_surrounded(cell);
-    const auto place = [](int at, int size) {
-      return size > 0 ? static_cast<float>(at) / static_cast<float>(size) : 0.0F;
-    };
-    const auto weights = [&](float t) { return surrounded ? cubic(t) : linear(t); };
-    std::array<std::array<Colour, 4>, 4>
-        around{};  // rows of columns; the outer ones 0 where they are not used
-    for (int r = surrounded ? 0 : 1; r < (surrounded ? 4 : 3); ++r) {
-      for (int c = surrounded ? 0 : 1; c < (surrounded ? 4 : 3); ++c) {
-        const float* p = pixel(cell.x + (c - 1) * cell.w, cell.y + (r - 1) * cell.h);
-        std::copy(p, p + kColours, around[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)].begin());
+  /// Bilinear; and, where a cell is surrounded, what cubics add along rows and along columns: at most an
+  /// eighth of the second differences that is_flat() holds against the tolerance.
+  template <bool kSurrounded>
+  void fill_with(const Cell& cell) {
+    constexpr int kFirst = kSurrounded ? 0 : 1, kLast = kSurrounded ? 3 : 2;
+    Colour around[4][4];  // rows of columns, without the corners
+    Colour most = Colour::Zero();
+    for (int r = kFirst; r <= kLast; ++r) {
+      for (int c = kFirst; c <= kLast; ++c) {
+        if ((r == 0 || r == 3) && (c == 0 || c == 3)) continue;
+        around[r][c] = colour(cell.x + (c - 1) * cell.w, cell.y + (r - 1) * cell.h);
+        most = most.max(around[r][c].abs());
       }
     }
     const Depths depths(*this, cell);
+    if ((most == 0).all() && depths.none()) return;  // blank already
+    static const Places places;
+    const Places::Place* const across = places.of_side(cell.w);
+    const Places::Place* const down = places.of_side(cell.h);
     // Columns and rows that the next cells open are theirs.
     const int columns = std::max(1, cell.x + cell.w < image_.width - 1 ? cell.w : cell.w + 1);
     const int rows = std::max(1, cell.y + cell.h < image_.height - 1 ? cell.h : cell.h + 1);
-    std::array<float, kLargestStep + 1> u;
-    std::array<Weights, kLargestStep + 1> across;
-    for (int i = 0; i < columns; ++i) {
-      const auto n = static_cast<std::size_t>(i);
-      u[n] = place(i, cell.w);
-      across[n] = weights(u[n]);
-    }
     for (int j = 0; j < rows; ++j) {
-      const float v = place(j, cell.h);
-      const Weights down = weights(v);
-      std::array<Colour, 4> row{};  // of the four columns, at this row
-      for (std::size_t c = 0; c < 4; ++c) {
-        for (std::size_t r = 0; r < 4; ++r) add(row[c], down[r], around[r][c].data());
+      const Places::Place& v = down[j];
+      Colour row[4], left, right;  // lines between the cell's rows; with their bends, the cell's columns
+      for (int c = kFirst; c <= kLast; ++c) row[c] = around[1][c] + v.t * (around[2][c] - around[1][c]);
+      left = row[1];
+      right = row[2];
+      for (int r = kFirst; kSurrounded && r <= kLast; ++r) {
+        left += v.bend[r] * around[r][1];
+        right += v.bend[r] * around[r][2];
       }
-      const DepthRow depth = depths.at(v);
+      const DepthRow depth = depths.at(v.t);
+      const std::size_t begin = offset(cell.x, cell.y + j);
       for (int i = 0; i < columns; ++i) {
-        const std::size_t at = offset(cell.x + i, cell.y + j);
+        const std::size_t at = begin + static_cast<std::size_t>(i);
         if (known_[at]) continue;
-        const auto n = static_cast<std::size_t>(i);
-        Colour sum{};
-        for (std::size_t c = 0; c < 4; ++c) add(sum, across[n][c], row[c].data());
+        const Places::Place& u = across[i];
+        Colour sum = left + u.t * (right - left);
+        for (int c = kFirst; kSurrounded && c <= kLast; ++c) sum += u.bend[c] * row[c];
         float* const to = image_.pixels.data() + at * image_.channels.size();
-        std::copy(sum.begin(), sum.end(), to);
-        to[kDepthChannel] = depth.at(u[n]);
+        Eigen::Map<Colour>{to} = sum;
+        to[kDepthChannel] = depth.at(u.t);
       }
     }
   }
@@ -256,6 +277,10 @@ class Refinement {
           corners_[2 * b + a] = of.pixel(cell.x + a * cell.w, cell.y + b * cell.h)[kDepthChannel];
       }
       bilinear_ = std::all_of(corners_, corners_ + 4, [](float depth) { return std::isfinite(depth); });
+    }
+    /// Whether the cell's corners show nothing that has one.
+    [[nodiscard]] bool none() const {
+      return std::all_of(corners_, corners_ + 4, [](float depth) { return depth == INFINITY; });
     }
     [[nodiscard]] DepthRow at(float v) const {
       const float* const nearest = corners_ + (v > 0.5F ? 2 : 0);

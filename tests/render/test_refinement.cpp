@@ -77,6 +77,41 @@ TEST(Refinement, KeepsItsToleranceOnSmoothPicturesAndSavesRays) {
   }
 }
 
+TEST(Refinement, CastsEveryRayWhereDifferencesOverflow) {
+  const auto f = [](int x, int y) { return (x / 2 + y / 2) % 2 == 0 ? 3e38 : -3e38; };
+  std::size_t rays = 0;
+  const auto image = refined(33, 29, 2, 1e30, f, &rays);
+  EXPECT_EQ(rays, 33U * 29U);
+}
+
+TEST(Refinement, LeavesBlankWhatIsBlankAround) {
+  // A disc of one colour before nothing: the picture is the colour, or blank. Cubics add to lines an eighth
+  // of what is held against twice the tolerance.
+  constexpr float kTolerance = 1e-3F;
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  image::Image image(97, 83, {"R", "G", "B", "A", "samples", "depth"});
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) image.at(x, y, 5) = kFar;
+  }
+  const auto inside = [](int x, int y) { return (x - 40) * (x - 40) + (y - 37) * (y - 37) < 25 * 25; };
+  std::size_t rays = 0;
+  cast_refined(image, 8, kTolerance, [&](std::span<const PixelPosition> pixels) {
+    rays += pixels.size();
+    for (const auto& [x, y] : pixels) {
+      if (!inside(x, y)) continue;
+      for (int c = 0; c < 4; ++c) image.at(x, y, c) = 0.5F;
+      image.at(x, y, 5) = 2;
+    }
+  });
+  EXPECT_LT(rays, 97U * 83U / 2);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      EXPECT_NEAR(image.at(x, y, 0), inside(x, y) ? 0.5F : 0.0F, kTolerance / 4) << x << "," << y;
+      EXPECT_EQ(image.at(x, y, 5), inside(x, y) ? 2 : kFar) << x << "," << y;
+    }
+  }
+}
+
 TEST(Refinement, TakesTheNearestDepthWhereOneCornerHasNone) {
   const auto f = [](int, int) { return 0.25; };
   image::Image image(9, 9, {"R", "G", "B", "A", "samples", "depth"});
