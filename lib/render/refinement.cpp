@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -35,9 +34,9 @@ class Places {
     for (int size = 0; size <= kLargestStep; ++size) {
       for (int i = 0; i <= size; ++i) {
         const float t = size > 0 ? static_cast<float>(i) / static_cast<float>(size) : 0.0F;
-        const float before = -0.5F * t * (1 - t) * (1 - t), behind = -0.5F * t * t * (1 - t);
-        // Second differences at the two ends, of weights `before` and `behind`.
-        places_.push_back({t, {before, behind - 2 * before, before - 2 * behind, behind}});
+        // What it adds are the second differences at the two ends, times these.
+        const float begin = -0.5F * t * (1 - t) * (1 - t), end = -0.5F * t * t * (1 - t);
+        places_.push_back({t, {begin, end - 2 * begin, begin - 2 * end, end}});
       }
     }
   }
@@ -47,6 +46,14 @@ class Places {
  private:
   std::vector<Place> places_;
 };
+
+const Places& all_places() {
+  static const Places places;
+  return places;
+}
+
+/// What a cell's pixels are made from.
+enum class Made : std::uint8_t { of_quarters, of_corners, of_surroundings };
 
 class Refinement {
  public:
@@ -62,7 +69,10 @@ class Refinement {
     cast_wanted();
     while (!cells.empty()) cells = divide(cells);
     const auto some = [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t i = begin; i < end; ++i) fill(leaves_[static_cast<std::size_t>(i)]);
+      for (std::int64_t i = begin; i < end; ++i) {
+        const Leaf& leaf = leaves_[static_cast<std::size_t>(i)];
+        leaf.surrounded ? fill<true>(leaf.cell) : fill<false>(leaf.cell);
+      }
     };
     parallel_for(0, static_cast<std::int64_t>(leaves_.size()), 32, some);
   }
@@ -168,20 +178,22 @@ class Refinement {
 
   /// Flat cells become leaves; the quarters of the others are returned, their corners cast.
   [[nodiscard]] std::vector<Cell> divide(const std::vector<Cell>& cells) {
-    std::vector<std::uint8_t> flat(cells.size());
+    std::vector<Made> made(cells.size());
     const auto some = [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t i = begin; i < end; ++i) {
         const Cell& cell = cells[static_cast<std::size_t>(i)];
-        flat[static_cast<std::size_t>(i)] = is_flat(cell);
+        // Neighbours that are cast later are no part of what flatness was told by.
+        made[static_cast<std::size_t>(i)] = !is_flat(cell)        ? Made::of_quarters
+                                            : is_surrounded(cell) ? Made::of_surroundings
+                                                                  : Made::of_corners;
       }
     };
     parallel_for(0, static_cast<std::int64_t>(cells.size()), 256, some);
     std::vector<Cell> quarters;
-    quarters.reserve(4 * static_cast<std::size_t>(std::count(flat.begin(), flat.end(), 0)));
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const Cell& cell = cells[i];
-      if (flat[i]) {
-        leaves_.push_back(cell);
+      if (made[i] != Made::of_quarters) {
+        leaves_.push_back({cell, made[i] == Made::of_surroundings});
         continue;
       }
       want_middles(cell);
@@ -211,12 +223,11 @@ class Refinement {
            corner[2 * h] && corner[2 * h + w];
   }
 
-  void fill(const Cell& cell) { is_surrounded(cell) ? fill_with<true>(cell) : fill_with<false>(cell); }
-
-  /// Bilinear; and, where a cell is surrounded, what cubics add along rows and along columns: at most an
-  /// eighth of the second differences that is_flat() holds against the tolerance.
+  /// Interpolates between a flat cell's corners. With kSurrounded also what cubics add to lines along rows
+  /// and along columns: at most an eighth of the second differences that is_flat() holds against twice the
+  /// tolerance.
   template <bool kSurrounded>
-  void fill_with(const Cell& cell) {
+  void fill(const Cell& cell) {
     constexpr int kFirst = kSurrounded ? 0 : 1, kLast = kSurrounded ? 3 : 2;
     Colour around[4][4];  // rows of columns, without the corners
     Colour most = Colour::Zero();
@@ -229,18 +240,16 @@ class Refinement {
     }
     const Depths depths(*this, cell);
     if ((most == 0).all() && depths.none()) return;  // blank already
-    static const Places places;
-    const Places::Place* const across = places.of_side(cell.w);
-    const Places::Place* const down = places.of_side(cell.h);
+    const Places::Place* const across = places_.of_side(cell.w);
+    const Places::Place* const down = places_.of_side(cell.h);
     // Columns and rows that the next cells open are theirs.
     const int columns = std::max(1, cell.x + cell.w < image_.width - 1 ? cell.w : cell.w + 1);
     const int rows = std::max(1, cell.y + cell.h < image_.height - 1 ? cell.h : cell.h + 1);
     for (int j = 0; j < rows; ++j) {
       const Places::Place& v = down[j];
-      Colour row[4], left, right;  // lines between the cell's rows; with their bends, the cell's columns
-      for (int c = kFirst; c <= kLast; ++c) row[c] = around[1][c] + v.t * (around[2][c] - around[1][c]);
-      left = row[1];
-      right = row[2];
+      Colour row[4];  // of the columns: lines between the cell's rows
+      for (int c = kFirst; c <= kLast; ++c) row[c] = (1 - v.t) * around[1][c] + v.t * around[2][c];
+      Colour left = row[1], right = row[2];  // and their bends, of the cell's own
       for (int r = kFirst; kSurrounded && r <= kLast; ++r) {
         left += v.bend[r] * around[r][1];
         right += v.bend[r] * around[r][2];
@@ -251,7 +260,7 @@ class Refinement {
         const std::size_t at = begin + static_cast<std::size_t>(i);
         if (known_[at]) continue;
         const Places::Place& u = across[i];
-        Colour sum = left + u.t * (right - left);
+        Colour sum = (1 - u.t) * left + u.t * right;
         for (int c = kFirst; kSurrounded && c <= kLast; ++c) sum += u.bend[c] * row[c];
         float* const to = image_.pixels.data() + at * image_.channels.size();
         Eigen::Map<Colour>{to} = sum;
@@ -293,12 +302,17 @@ class Refinement {
     bool bilinear_;
   };
 
+  const Places& places_ = all_places();
   image::Image& image_;
   float tolerance_;
   const CastPixels& cast_;
   std::vector<std::uint8_t> known_;  // cast already, or wanted
   std::vector<PixelPosition> wanted_;
-  std::vector<Cell> leaves_;
+  struct Leaf {
+    Cell cell;
+    bool surrounded;
+  };
+  std::vector<Leaf> leaves_;
 };
 
 }  // namespace

@@ -21,10 +21,10 @@ using CastPixels = std::function<void(std::span<const PixelPosition>)>;
 /// columns, are at most twice `tolerance`, its other pixels are interpolated: bilinearly, and where the
 /// pixels one cell further on were cast too, with what the cubics of Catmull and Rom (1974) add to lines
 /// along rows and along columns (at most a quarter of the tolerance). A kink inside a cell is missed by
-/// little more than the tolerance then, a smooth picture by far less. Other cells are cut into four, down to
-/// single pixels. What lies between the rays altogether is missed. Interpolated pixels have 0 in channel 4,
-/// `samples`; channel 5, `depth`, is interpolated where all four corners have one and is else the nearest
-/// corner's.
+/// little more than the tolerance then (at the picture's rim and beside larger cells by up to twice that), a
+/// smooth picture by far less. Other cells are cut into four, down to single pixels. What lies between the
+/// rays altogether is missed. Interpolated pixels have 0 in channel 4, `samples`; channel 5, `depth`, is
+/// interpolated where all four corners have one and is else the nearest corner's.
 ///
 /// \param image  blank (picture.h: blank_image), of finite colours where it is cast; what lies between rays
 ///     that meet nothing stays blank

@@ -1,8 +1,9 @@
 // What a cache line costs that lies in memory of so many megabytes, on one thread, alone on the machine:
 //   bench_memory
 // Large pages, one read a line. `latency`: each read tells the place of the next. `apart`: places in random
-// order, known beforehand. `in_order`: one after the other, as hardware fetches ahead. A volume of 256^3
-// bytes has 16 MB, one of 512^3 128 MB: what frames of the two can differ by, sample for sample.
+// order, known beforehand (from a list that is read as well, 4 bytes a line). `in_order`: one after the
+// other, as hardware fetches ahead. A volume of 256^3 bytes has 16 MB, one of 512^3 128 MB: what frames of
+// the two can differ by, sample for sample.
 #include <benchmark/benchmark.h>
 #include <sys/mman.h>
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 #include <set>
 #include <utility>
 
@@ -70,44 +71,72 @@ TEST(Refinement, KeepsItsToleranceOnSmoothPicturesAndSavesRays) {
   for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
     std::size_t rays = 0;
     const auto image = refined(133, 97, 8, tolerance, f, &rays);
-    // The biquadratic errs by cubic terms alone, less than the bilinear misfit that is held against the
-    // tolerance.
+    // Cubics err by third differences and mixed ones alone, less than the bilinear misfit that is held
+    // against the tolerance.
     EXPECT_LE(largest_error(image, f), tolerance);
     EXPECT_LT(rays, tolerance > 5e-3 ? 133U * 97U / 3 : 133U * 97U);
   }
 }
 
-TEST(Refinement, CastsEveryRayWhereDifferencesOverflow) {
-  const auto f = [](int x, int y) { return (x / 2 + y / 2) % 2 == 0 ? 3e38 : -3e38; };
+TEST(Refinement, IsExactForQuadraticsBetweenOtherCells) {
+  const auto f = [](int x, int y) {
+    return (0.3 * x * x - 0.2 * y * y + 0.1 * x * y + 0.7 * x - 0.4 * y) / 1000 + 0.5;
+  };
+  constexpr int kStep = 8;
   std::size_t rays = 0;
-  const auto image = refined(33, 29, 2, 1e30, f, &rays);
-  EXPECT_EQ(rays, 33U * 29U);
+  const auto image = refined(8 * kStep + 1, 6 * kStep + 1, kStep, 1, f, &rays);
+  ASSERT_EQ(rays, 9U * 7U);
+  for (int y = kStep; y < 5 * kStep; ++y) {
+    for (int x = kStep; x < 7 * kStep; ++x) {
+      // Sums of a dozen floats up to 3.
+      EXPECT_NEAR(image.at(x, y, 0), f(x, y), 3e-6) << x << "," << y;
+    }
+  }
 }
 
-TEST(Refinement, LeavesBlankWhatIsBlankAround) {
-  // A disc of one colour before nothing: the picture is the colour, or blank. Cubics add to lines an eighth
-  // of what is held against twice the tolerance.
-  constexpr float kTolerance = 1e-3F;
-  constexpr float kFar = std::numeric_limits<float>::infinity();
-  image::Image image(97, 83, {"R", "G", "B", "A", "samples", "depth"});
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) image.at(x, y, 5) = kFar;
-  }
-  const auto inside = [](int x, int y) { return (x - 40) * (x - 40) + (y - 37) * (y - 37) < 25 * 25; };
-  std::size_t rays = 0;
-  cast_refined(image, 8, kTolerance, [&](std::span<const PixelPosition> pixels) {
-    rays += pixels.size();
-    for (const auto& [x, y] : pixels) {
-      if (!inside(x, y)) continue;
-      for (int c = 0; c < 4; ++c) image.at(x, y, c) = 0.5F;
-      image.at(x, y, 5) = 2;
+TEST(Refinement, OfTwoValuesHasNoThird) {
+  // Where lines of three pixels and more do not bend they have one value, and a flat cell has it everywhere:
+  // cubics must not reach for pixels that flatness was not told by, nor differences overflow.
+  std::mt19937 random(7);
+  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  for (int n = 0; n < 2000; ++n) {
+    const int width = 1 + below(70), height = 1 + below(70), step = 1 << below(7);
+    const int x0 = below(width), y0 = below(height), radius = 1 + below(60);
+    const bool disc = below(2) == 0;
+    const float one = n % 2 == 0 ? 0.5F : 3e38F, other = n % 2 == 0 ? 0.0F : -3e38F;
+    const auto f = [&](int x, int y) {
+      const bool inside = disc ? (x - x0) * (x - x0) + (y - y0) * (y - y0) < radius * radius
+                               : 3 * (x - x0) + (radius - 30) * (y - y0) < 0;
+      return double(inside ? one : other);
+    };
+    const auto image = refined(width, height, step, 1e-3, f);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const double value = image.at(x, y, 0);
+        const double apart = std::min(std::abs(value - double(one)), std::abs(value - double(other)));
+        ASSERT_LE(apart, 1e-6 * double(one)) << value << " at " << x << "," << y << " of " << width << " x "
+                                             << height << ", step " << step << ", picture " << n;
+      }
     }
-  });
-  EXPECT_LT(rays, 97U * 83U / 2);
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      EXPECT_NEAR(image.at(x, y, 0), inside(x, y) ? 0.5F : 0.0F, kTolerance / 4) << x << "," << y;
-      EXPECT_EQ(image.at(x, y, 5), inside(x, y) ? 2 : kFar) << x << "," << y;
+  }
+}
+
+TEST(Refinement, LeavesBlankWhatNoRayMeetsAndKeepsTheDepthOfBlackThings) {
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  for (const float behind : {kFar, 7.0F}) {
+    image::Image image(33, 41, {"R", "G", "B", "A", "samples", "depth"});
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) image.at(x, y, 5) = kFar;
+    }
+    cast_refined(image, 8, 1e-3, [&](std::span<const PixelPosition> pixels) {
+      for (const auto& [x, y] : pixels) image.at(x, y, 5) = x < 16 ? 2 : behind;
+    });
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) {
+        EXPECT_EQ(image.at(x, y, 0), 0);
+        if (x >= 8 && x < 16) continue;  // between two rays of different depth
+        EXPECT_EQ(image.at(x, y, 5), x < 8 ? 2 : behind) << x << "," << y;
+      }
     }
   }
 }
