@@ -146,7 +146,8 @@ RenderCounts cast_list(const PacketPicture& picture, std::span<const PixelPositi
     }
     return counts;
   };
-  return parallel_reduce<RenderCounts>(0, packets, 4, some, add_counts);
+  constexpr std::int64_t kTogether = 4;  // more would leave a thread waiting at the end of short lists
+  return parallel_reduce<RenderCounts>(0, packets, kTogether, some, add_counts);
 }
 
 }  // namespace

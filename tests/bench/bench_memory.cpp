@@ -5,56 +5,38 @@
 // other, as hardware fetches ahead. A volume of 256^3 bytes has 16 MB, one of 512^3 128 MB: what frames of
 // the two can differ by, sample for sample.
 #include <benchmark/benchmark.h>
-#include <sys/mman.h>
 
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <numeric>
 #include <random>
-#include <stdexcept>
 #include <vector>
+
+#include "base/buffer.h"
+#include "base/heap.h"
 
 namespace {
 
-constexpr std::size_t kLine = 64, kLargePage = std::size_t{2} << 20;
-
-/// Pages of their own, large where the kernel has them.
-class Memory {
- public:
-  explicit Memory(std::size_t bytes) : bytes_(bytes + kLargePage) {
-    mapped_ = mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (mapped_ == MAP_FAILED) throw std::runtime_error("no memory");
-    const auto address = reinterpret_cast<std::uintptr_t>(mapped_);
-    data_ = static_cast<char*>(mapped_) + (kLargePage - address % kLargePage) % kLargePage;
-    (void)madvise(data_, bytes, MADV_HUGEPAGE);
-    std::memset(data_, 0, bytes);
-  }
-  ~Memory() { munmap(mapped_, bytes_); }
-  Memory(const Memory&) = delete;
-  Memory& operator=(const Memory&) = delete;
-  [[nodiscard]] char* line(std::size_t i) const { return data_ + i * kLine; }
-
- private:
-  std::size_t bytes_;
-  void* mapped_;
-  char* data_;
-};
+constexpr std::size_t kLine = 64;
 
 enum class Order { latency, apart, in_order };
 
 void lines(benchmark::State& state, Order order) {
   const std::size_t bytes = static_cast<std::size_t>(state.range(0)) << 20, count = bytes / kLine;
-  const Memory memory(bytes);
+  vol::Buffer<char> memory;
+  memory.reserve(bytes);
+  vol::prefer_large_pages(memory.data(), bytes);
+  memory.resize(bytes);
   std::vector<std::uint32_t> places(count);
   std::iota(places.begin(), places.end(), 0U);
   if (order != Order::in_order) std::shuffle(places.begin(), places.end(), std::mt19937(1));
   for (std::size_t i = 0; i < count; ++i) {
-    std::memcpy(memory.line(places[i]), &places[(i + 1) % count], sizeof(std::uint32_t));
+    std::memcpy(memory.data() + places[i] * kLine, &places[(i + 1) % count], sizeof(std::uint32_t));
   }
   const auto read = [&](std::size_t place) {
     std::uint32_t next = 0;
-    std::memcpy(&next, memory.line(place), sizeof next);
+    std::memcpy(&next, memory.data() + place * kLine, sizeof next);
     return next;
   };
   std::uint32_t at = 0;
