@@ -65,8 +65,20 @@ std::optional<index::IndexVolume> index_and_step(const volume::Volume& volume, c
   return index;
 }
 
+/// A caster, with the voxels in blocks if these are asked for.
+/// \param volume  left without its voxels where they are laid out in blocks
+std::unique_ptr<render::Caster> prepared(volume::Volume& volume, const render::Scene& scene, const Options& o,
+                                         const render::CasterOptions& with, cli::Record& record) {
+  auto caster = std::make_unique<render::Caster>(volume, scene, o.render, with);
+  const bool blocks = o.layout == "blocks" && caster->lay_out_in_blocks(volume);
+  if (o.layout == "blocks" && !blocks) record.warn("--layout blocks: packets do not draw this from blocks");
+  record.resolved("layout", blocks ? "blocks" : "rows");
+  return caster;
+}
+
 /// One picture, prepared and cast, each timed.
-render::RenderResult drawn(const volume::Volume& volume, const render::Scene& scene, const Options& o,
+/// \param volume  left without its voxels where they are laid out in blocks
+render::RenderResult drawn(volume::Volume& volume, const render::Scene& scene, const Options& o,
                            cli::SurfaceSet& surfaces, const cli::LabelSet& labels,
                            const index::IndexVolume* index, cli::Record& record) {
   render::CasterOptions with{.packets = o.algorithm == "packet", .index = index, .labels = labels.medium()};
@@ -74,8 +86,7 @@ render::RenderResult drawn(const volume::Volume& volume, const render::Scene& sc
     surfaces.prepare(volume, o.render.reconstruction, scene, labels.splats(), record);
     with.surfaces = &surfaces.surfaces();
   }
-  const auto caster = record.timed(
-      "prepare", [&] { return std::make_unique<const render::Caster>(volume, scene, o.render, with); });
+  const auto caster = record.timed("prepare", [&] { return prepared(volume, scene, o, with, record); });
   render::RenderResult result;  // each picture in the memory of the one before
   record.repeated("render", [&] { result = caster->cast(std::move(result.image)); });
   return result;
@@ -96,9 +107,7 @@ render::RenderResult drawn_weighted(volume::Volume volume, const transfer::Bezie
   std::vector<std::unique_ptr<const render::Caster>> casters;
   record.timed("prepare", [&] {
     const render::CasterOptions with{.packets = o.algorithm == "packet"};
-    for (const auto& w : weighted) {
-      casters.push_back(std::make_unique<const render::Caster>(w, scene, o.render, with));
-    }
+    for (auto& w : weighted) casters.push_back(prepared(w, scene, o, with, record));
   });
   return record.repeated("render", [&] { return render::cast_channels(casters); });
 }

@@ -12,4 +12,8 @@ void return_freed_memory();
 /// here and there (most walks of the page table are saved). A hint, no more; smaller memory is left as it is.
 void prefer_large_pages(void* data, std::size_t bytes);
 
+/// Gives the pages that lie whole in [data, data + bytes) back to the system: what they held is lost, and
+/// reads as anything until it is written again. For large memory that is freed only later.
+void give_back_pages(void* data, std::size_t bytes);
+
 }  // namespace vol

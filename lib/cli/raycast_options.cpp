@@ -127,6 +127,15 @@ void add_raycast(CLI::App& app, RaycastOptions& o) {
       ->check(CLI::IsMember({"packet", "plain"}))
       ->capture_default_str()
       ->group(accuracy);
+  app.add_option(
+         "--layout", o.layout,
+         "Of the voxels in memory: rows as they are read, or blocks, in which neighbours along every "
+         "axis share pages: the same picture; frames of volumes larger than the caches take less time, "
+         "preparing them takes more")
+      ->excludes(max_error)
+      ->check(CLI::IsMember({"rows", "blocks"}))
+      ->capture_default_str()
+      ->group(accuracy);
 }
 
 namespace {
@@ -177,6 +186,10 @@ void refuse(const RaycastOptions& o, const io::SceneFile& file) {
   }
   if (!o.index.empty() && o.render.quadrature >= render::Quadrature::split) {
     throw Error("--index: quadratures split and reference take no steps");
+  }
+  if (o.layout == "blocks" && (o.algorithm == "plain" || o.surfaces.any() || o.labels.any() ||
+                               o.render.quadrature == render::Quadrature::reference)) {
+    throw Error("--layout blocks is for packets: no surfaces, labels, --algorithm plain or reference");
   }
   if (!o.index_output.empty() && o.index != "auto") {
     throw Error("--index-output keeps the index of --index auto");

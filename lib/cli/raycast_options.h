@@ -18,7 +18,7 @@ struct RaycastOptions {
   std::filesystem::path output, scene, transfer, index, index_output, samples_output;
   double epsilon = 0.016;              ///< --epsilon, of --index auto
   std::optional<int> index_reduction;  ///< --index-reduction, of --index auto
-  std::string format, model, quadrature, step, reconstruction, algorithm = "packet";
+  std::string format, model, quadrature, step, reconstruction, algorithm = "packet", layout = "rows";
   CameraOptions camera;
   SurfaceOptions surfaces;
   LabelOptions labels;

@@ -39,6 +39,20 @@ Caster::Caster(const volume::Volume& volume, const Scene& scene, const RenderOpt
   packet_volume_.emplace(volume, scene.model == Model::composite);
   packet_scene_.emplace(*packet_volume_, scene_, options.max_error > 0 ? within_error(options) : options,
                         caster.index);
+  packet_volume_->forget_macrocells();
+}
+
+bool Caster::lay_out_in_blocks(volume::Volume& volume) {
+  if (&volume != &volume_) throw Error("the volume to lay out in blocks must be the one that is drawn");
+  // A bound on the error may need the voxels as they are.
+  if (!packet_scene_ || !packet_scene_->in_packets() || options_.max_error > 0) return false;
+  volume::Volume* const copy = packet_volume_->converted();
+  volume::Volume& native = copy ? *copy : volume;
+  if (blocks_ || !fits_blocks(native)) return blocks_.has_value();
+  blocks_.emplace(native);
+  packet_scene_->read_from(*blocks_);
+  if (copy) volume::visit(volume, [](auto& grid) { grid.voxels = {}; });
+  return true;
 }
 
 RenderResult Caster::cast(image::Image spare) const {

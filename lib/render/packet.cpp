@@ -207,6 +207,13 @@ bool PacketScene::set_tables(const RenderOptions& options, Tables& tables) const
   return true;
 }
 
+void PacketScene::read_from(const VoxelBlocks& blocks) {
+  if (!tables_) throw Error("only packets read voxels from blocks");
+  tables_->job.voxels = blocks.data();
+  tables_->job.blocks = blocks.strides();
+  tables_->job.in_blocks = true;
+}
+
 RenderResult PacketScene::cast(const camera::View& view, image::Image spare) const {
   Scene scene = scene_;
   scene.view = view;

@@ -5,6 +5,7 @@
 #include "index/index_volume.h"
 #include "index/macrocells.h"
 #include "render/raycast.h"
+#include "render/voxel_blocks.h"
 
 namespace vol::render {
 
@@ -21,8 +22,12 @@ class PacketVolume {
   /// False where float does not hold the values: small signals on large offsets, magnitudes near its end.
   [[nodiscard]] bool fits() const { return fits_; }
   [[nodiscard]] const volume::Volume& native() const { return converted_ ? *converted_ : volume_; }
-  /// \throws vol::Error when they were not asked for
+  /// The copy that native() is, where the volume's own type is not read: its owner may take its voxels.
+  [[nodiscard]] volume::Volume* converted() { return converted_ ? &*converted_ : nullptr; }
+  /// \throws vol::Error when they were not asked for, or are forgotten
   [[nodiscard]] const index::Macrocells& macrocells() const;
+  /// Frees the macrocells, an eighth of a volume of bytes: scenes need them to be prepared, not to be cast.
+  void forget_macrocells() { macrocells_.reset(); }
 
  private:
   const volume::Volume& volume_;
@@ -85,6 +90,10 @@ class PacketScene {
   /// \throws vol::Error as camera::Camera does, and where float cannot hold a pixel
   [[nodiscard]] RenderResult cast(const camera::View& view, image::Image spare = {}) const;
 
+  /// From now on the voxels are read from `blocks`, those of volume(), which must live longer; pictures stay
+  /// the same to the last bit.
+  void read_from(const VoxelBlocks& blocks);
+
   /// Whether packets draw it: else the oracle does, at a twentieth of their speed and less.
   [[nodiscard]] bool in_packets() const { return tables_ != nullptr; }
 
@@ -101,7 +110,7 @@ class PacketScene {
   Scene scene_;
   RenderOptions options_;
   const index::IndexVolume* index_;
-  std::unique_ptr<const Tables> tables_;  // none: what the packets do not cover
+  std::unique_ptr<Tables> tables_;  // none: what the packets do not cover
 };
 
 /// A single picture, from scene.view.

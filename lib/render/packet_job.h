@@ -4,6 +4,7 @@
 #include "base/buffer.h"
 #include "index/macrocells.h"
 #include "render/extinction_pieces.h"
+#include "render/voxel_blocks.h"
 #include "volume/voxel_type.h"
 
 namespace vol::render {
@@ -72,6 +73,8 @@ struct PacketJob {
   std::int32_t stride[3]{};     ///< between cells
   std::int32_t last_cell[3]{};  ///< number of the last cell per axis, 0 for an axis of one sample
   std::int32_t neighbour[3]{};  ///< to the cell's far corner: stride, or 0 for an axis of one sample
+  bool in_blocks = false;       ///< voxels lie in blocks, not in rows: `stride` and `neighbour` do not count
+  BlockStrides blocks;
   // The rule.
   PacketRule rule = PacketRule::rectangle;
   int nodes = 3;  ///< split: Gauss nodes a piece, 1 to 3

@@ -123,6 +123,26 @@ struct Gather {
   }
 };
 
+/// Of voxels in blocks (voxel_blocks.h).
+template <PacketVoxels kVoxels>
+HWY_INLINE I block_offset(const PacketJob& job, I i, I j, I k) {
+  constexpr int kLog2 = BlockStrides::kEdgeLog2;
+  constexpr int kWidthLog2 = kVoxels == PacketVoxels::u8 ? 6 : kVoxels == PacketVoxels::two_bytes ? 5 : 4;
+  const BlockStrides& b = job.blocks;
+  const I along = kVoxels == PacketVoxels::two_bytes ? hn::Add(i, i) : i;
+  const I row = hn::Mul(hn::Add(j, hn::ShiftLeft<kLog2>(k)), constant_i(b.pitch));
+  const I x = hn::Mul(hn::ShiftRight<kWidthLog2>(i), constant_i(b.beyond[0]));
+  const I y = hn::Mul(hn::ShiftRight<kLog2>(j), constant_i(b.beyond[1]));
+  const I z = hn::Mul(hn::ShiftRight<kLog2>(k), constant_i(b.beyond[2]));
+  return hn::Add(hn::Add(along, row), hn::Add(x, hn::Add(y, z)));
+}
+
+/// From a voxel in row or slice `at` of a block to the next one along that axis, `inside` it.
+HWY_INLINE I block_hop(I at, std::int32_t inside, std::int32_t beyond) {
+  const I last = constant_i((1 << BlockStrides::kEdgeLog2) - 1);
+  return hn::Add(constant_i(inside), hn::IfThenElseZero(hn::Eq(hn::And(at, last), last), constant_i(beyond)));
+}
+
 HWY_INLINE I voxel_offset(const PacketJob& job, I i, I j, I k, bool two_bytes) {
   const I row = hn::Add(hn::Mul(j, constant_i(job.stride[1])), hn::Mul(k, constant_i(job.stride[2])));
   return hn::Add(row, two_bytes ? hn::Add(i, i) : i);
@@ -151,8 +171,19 @@ struct Sampler {
   }
 
   HWY_INLINE void load_corners(const PacketJob& job, const Position& p) {
-    const I offset = voxel_offset(job, p.whole0, p.whole1, p.whole2, kTwoBytes);
     using G = Gather<kVoxels>;
+    if (job.in_blocks) {
+      const BlockStrides& b = job.blocks;
+      const I at = block_offset<kVoxels>(job, p.whole0, p.whole1, p.whole2);
+      const I up = hn::Add(at, block_hop(p.whole1, b.pitch, b.beyond[1]));
+      const I in = block_hop(p.whole2, b.pitch << BlockStrides::kEdgeLog2, b.beyond[2]);
+      G::pair(job, 0, at, c.v000, c.v100);
+      G::pair(job, 0, up, c.v010, c.v110);
+      G::pair(job, 0, hn::Add(at, in), c.v001, c.v101);
+      G::pair(job, 0, hn::Add(up, in), c.v011, c.v111);
+      return;
+    }
+    const I offset = voxel_offset(job, p.whole0, p.whole1, p.whole2, kTwoBytes);
     const std::int64_t dy = job.neighbour[1], dz = job.neighbour[2];
     G::pair(job, 0, offset, c.v000, c.v100);
     G::pair(job, dy, offset, c.v010, c.v110);
@@ -164,9 +195,9 @@ struct Sampler {
   HWY_INLINE F nearest(const PacketJob& job, const Position& p) {
     c.v000 = c.v100 = c.v010 = c.v110 = c.v001 = c.v101 = c.v011 = c.v111 = constant(0.0F);  // no gradient
     const auto rounded = [](I whole, I part) HWY_ATTR { return hn::Add(whole, hn::ShiftRight<30>(part)); };
-    return Gather<kVoxels>::single(job,
-                                   voxel_offset(job, rounded(p.whole0, p.part0), rounded(p.whole1, p.part1),
-                                                rounded(p.whole2, p.part2), kTwoBytes));
+    const I i = rounded(p.whole0, p.part0), j = rounded(p.whole1, p.part1), k = rounded(p.whole2, p.part2);
+    return Gather<kVoxels>::single(
+        job, job.in_blocks ? block_offset<kVoxels>(job, i, j, k) : voxel_offset(job, i, j, k, kTwoBytes));
   }
 
   /// Gradient of the trilinear field along the index axes, per sample; along an axis of one sample 0, because
