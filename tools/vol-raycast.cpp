@@ -65,15 +65,17 @@ std::optional<index::IndexVolume> index_and_step(const volume::Volume& volume, c
   return index;
 }
 
-/// A caster, with the voxels in blocks if these are asked for.
-/// \param volume  left without its voxels where they are laid out in blocks
-std::unique_ptr<render::Caster> prepared(volume::Volume& volume, const render::Scene& scene, const Options& o,
-                                         const render::CasterOptions& with, cli::Record& record) {
-  auto caster = std::make_unique<render::Caster>(volume, scene, o.render, with);
-  const bool blocks = o.layout == "blocks" && caster->lay_out_in_blocks(volume);
-  if (o.layout == "blocks" && !blocks) record.warn("--layout blocks: packets do not draw this from blocks");
+/// Lays the voxels out in blocks if these are asked for. \param volume  gives them up
+/// \return whether they are
+bool in_blocks(render::Caster& caster, volume::Volume& volume, const Options& o) {
+  return o.layout == "blocks" && caster.lay_out_in_blocks(volume);
+}
+
+void report_layout(bool blocks, const Options& o, cli::Record& record) {
   record.resolved("layout", blocks ? "blocks" : "rows");
-  return caster;
+  if (o.layout == "blocks" && !blocks) {
+    record.warn("--layout blocks: drawn from rows; the dims leave blocks empty, or packets do not draw this");
+  }
 }
 
 /// One picture, prepared and cast, each timed.
@@ -86,7 +88,13 @@ render::RenderResult drawn(volume::Volume& volume, const render::Scene& scene, c
     surfaces.prepare(volume, o.render.reconstruction, scene, labels.splats(), record);
     with.surfaces = &surfaces.surfaces();
   }
-  const auto caster = record.timed("prepare", [&] { return prepared(volume, scene, o, with, record); });
+  bool blocks = false;
+  const auto caster = record.timed("prepare", [&] {
+    auto made = std::make_unique<render::Caster>(volume, scene, o.render, with);
+    blocks = in_blocks(*made, volume, o);
+    return made;
+  });
+  report_layout(blocks, o, record);
   render::RenderResult result;  // each picture in the memory of the one before
   record.repeated("render", [&] { result = caster->cast(std::move(result.image)); });
   return result;
@@ -105,10 +113,16 @@ render::RenderResult drawn_weighted(volume::Volume volume, const transfer::Bezie
   });
   volume = {};
   std::vector<std::unique_ptr<const render::Caster>> casters;
+  bool blocks = false;
   record.timed("prepare", [&] {
     const render::CasterOptions with{.packets = o.algorithm == "packet"};
-    for (auto& w : weighted) casters.push_back(prepared(w, scene, o, with, record));
+    for (auto& w : weighted) {
+      auto made = std::make_unique<render::Caster>(w, scene, o.render, with);
+      blocks = in_blocks(*made, w, o);  // of dims that all share
+      casters.push_back(std::move(made));
+    }
   });
+  report_layout(blocks, o, record);
   return record.repeated("render", [&] { return render::cast_channels(casters); });
 }
 

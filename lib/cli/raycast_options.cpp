@@ -131,8 +131,7 @@ void add_raycast(CLI::App& app, RaycastOptions& o) {
          "--layout", o.layout,
          "Of the voxels in memory: rows as they are read, or blocks, in which neighbours along every "
          "axis share pages: the same picture; frames of volumes larger than the caches take less time, "
-         "preparing them takes more")
-      ->excludes(max_error)
+         "preparing them takes more. For what packets draw, without --max-error")
       ->check(CLI::IsMember({"rows", "blocks"}))
       ->capture_default_str()
       ->group(accuracy);
@@ -164,6 +163,25 @@ io::SceneFile resolve(RaycastOptions& o) {
   return file;
 }
 
+/// Packets alone read blocks.
+void refuse_blocks(const RaycastOptions& o, bool composite) {
+  using render::Quadrature;
+  using volume::Reconstruction;
+  const Quadrature q = o.render.quadrature;
+  const Reconstruction r = o.render.reconstruction;
+  const bool cubic = r == Reconstruction::catmull_rom || r == Reconstruction::b_spline;
+  const char* other = nullptr;
+  if (o.algorithm == "plain") other = "--algorithm plain";
+  if (o.surfaces.any()) other = "--isovalue and --mesh";
+  if (o.labels.any()) other = "--labels";
+  if (q == Quadrature::reference) other = "quadrature reference";
+  if (q == Quadrature::split && !composite) other = "quadrature split of xray and mip";
+  if (q == Quadrature::split && r == Reconstruction::nearest) other = "quadrature split of nearest";
+  if (cubic) other = "reconstructions catmull-rom and b-spline";
+  if (o.render.max_error > 0) other = "--max-error";
+  if (other) throw Error("--layout blocks is for what packets draw, not for " + std::string(other));
+}
+
 /// What cannot be drawn together, answered before a large file is read.
 void refuse(const RaycastOptions& o, const io::SceneFile& file) {
   const render::Model model = file.scene.model;
@@ -187,10 +205,7 @@ void refuse(const RaycastOptions& o, const io::SceneFile& file) {
   if (!o.index.empty() && o.render.quadrature >= render::Quadrature::split) {
     throw Error("--index: quadratures split and reference take no steps");
   }
-  if (o.layout == "blocks" && (o.algorithm == "plain" || o.surfaces.any() || o.labels.any() ||
-                               o.render.quadrature == render::Quadrature::reference)) {
-    throw Error("--layout blocks is for packets: no surfaces, labels, --algorithm plain or reference");
-  }
+  if (o.layout == "blocks") refuse_blocks(o, composite);
   if (!o.index_output.empty() && o.index != "auto") {
     throw Error("--index-output keeps the index of --index auto");
   }

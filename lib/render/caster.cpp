@@ -49,9 +49,9 @@ bool Caster::lay_out_in_blocks(volume::Volume& volume) {
   volume::Volume* const copy = packet_volume_->converted();
   volume::Volume& native = copy ? *copy : volume;
   if (blocks_ || !fits_blocks(native)) return blocks_.has_value();
+  if (copy) volume::visit(volume, [](auto& grid) { grid.voxels = {}; });
   blocks_.emplace(native);
   packet_scene_->read_from(*blocks_);
-  if (copy) volume::visit(volume, [](auto& grid) { grid.voxels = {}; });
   return true;
 }
 

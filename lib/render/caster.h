@@ -29,8 +29,8 @@ class Caster {
   Caster& operator=(const Caster&) = delete;
 
   /// Lays the voxels out in blocks (voxel_blocks.h), from which frames of volumes larger than the caches take
-  /// less time: the pictures stay the same. Where packets do not draw or cannot have blocks nothing happens.
-  /// \param volume  the one that the pictures are of; it is left with its geometry alone
+  /// less time: the pictures stay the same. Where packets do not draw, keep a bound on the error, or cannot have blocks (fits_blocks), nothing happens.
+  /// \param volume  the one that the pictures are of; it is left with its geometry alone: no other caster may draw it any more
   /// \return whether the pictures are drawn from blocks now
   bool lay_out_in_blocks(volume::Volume& volume);
 

@@ -127,7 +127,8 @@ struct Gather {
 template <PacketVoxels kVoxels>
 HWY_INLINE I block_offset(const PacketJob& job, I i, I j, I k) {
   constexpr int kLog2 = BlockStrides::kEdgeLog2;
-  constexpr int kWidthLog2 = kVoxels == PacketVoxels::u8 ? 6 : kVoxels == PacketVoxels::two_bytes ? 5 : 4;
+  constexpr int kBytesLog2 = kVoxels == PacketVoxels::u8 ? 0 : kVoxels == PacketVoxels::two_bytes ? 1 : 2;
+  constexpr int kWidthLog2 = BlockStrides::kRowBytesLog2 - kBytesLog2;
   const BlockStrides& b = job.blocks;
   const I along = kVoxels == PacketVoxels::two_bytes ? hn::Add(i, i) : i;
   const I row = hn::Mul(hn::Add(j, hn::ShiftLeft<kLog2>(k)), constant_i(b.pitch));

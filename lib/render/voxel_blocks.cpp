@@ -1,7 +1,6 @@
 #include "render/voxel_blocks.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 #include <limits>
 
@@ -13,7 +12,7 @@ namespace vol::render {
 namespace {
 
 constexpr std::int64_t kEdge = std::int64_t{1} << BlockStrides::kEdgeLog2;
-constexpr std::int64_t kRowBytes = 64;
+constexpr std::int64_t kRowBytes = std::int64_t{1} << BlockStrides::kRowBytesLog2;
 
 /// Blocks along the axes, and bytes of them all, for voxels of so many bytes.
 struct Extent {
@@ -39,14 +38,21 @@ std::int64_t voxel_bytes(volume::VoxelType type) {
   return type == volume::VoxelType::u8 ? 1 : type == volume::VoxelType::f32 ? 4 : 2;
 }
 
+/// Bytes of what offsets count.
+std::int64_t unit_of(std::int64_t voxel_bytes) {
+  return voxel_bytes == 4 ? 4 : 1;
+}
+
 }  // namespace
 
 bool fits_blocks(const volume::Volume& volume) {
   const Dims& dims = volume.geometry().dims;
   if (!are_read(volume.voxel_type()) || *std::min_element(dims.begin(), dims.end()) < 2) return false;
   const std::int64_t size = voxel_bytes(volume.voxel_type());
-  const std::int64_t units = extent_of(dims, size).bytes / (size == 4 ? 4 : 1);
-  return units < std::numeric_limits<std::int32_t>::max();
+  const std::int64_t bytes = extent_of(dims, size).bytes, own = volume.geometry().count() * size;
+  constexpr std::int64_t kAllowed = std::int64_t{1} << 20;
+  return bytes <= own + own / 4 + kAllowed &&
+         bytes / unit_of(size) < std::numeric_limits<std::int32_t>::max();
 }
 
 VoxelBlocks::VoxelBlocks(volume::Volume& volume) {
@@ -59,12 +65,10 @@ void VoxelBlocks::take(volume::Grid<T>& grid) {
   const Dims& dims = grid.dims();
   const Extent e = extent_of(dims, sizeof(T));
   constexpr std::int64_t kWidth = kRowBytes / std::int64_t{sizeof(T)};
-  const std::int64_t unit = sizeof(T) == 4 ? 4 : 1;
+  const std::int64_t unit = unit_of(sizeof(T));
   const auto in_units = [&](std::int64_t bytes) { return static_cast<std::int32_t>(bytes / unit); };
   const std::int64_t row_of_blocks = e.blocks[0] * e.block_bytes, slab = e.blocks[1] * row_of_blocks;
-  strides_.size = in_units(sizeof(T));
   strides_.pitch = in_units(e.row_bytes);
-  strides_.width_log2 = std::countr_zero(static_cast<std::uint64_t>(kWidth));
   strides_.beyond[0] = in_units(e.block_bytes - kRowBytes);
   strides_.beyond[1] = in_units(row_of_blocks - kEdge * e.row_bytes);
   strides_.beyond[2] = in_units(slab - e.block_bytes);
@@ -86,9 +90,9 @@ void VoxelBlocks::take(volume::Grid<T>& grid) {
             std::memset(to + bytes, 0, static_cast<std::size_t>(e.row_bytes) - bytes);
           }
         }
-        give_back_pages(grid.voxels.data() + grid.offset(0, 0, k),
-                        static_cast<std::size_t>(dims[0] * dims[1]) * sizeof(T));
       }
+      give_back_pages(grid.voxels.data() + grid.offset(0, 0, begin),
+                      static_cast<std::size_t>((end - begin) * dims[0] * dims[1]) * sizeof(T));
     }
   });
   grid.voxels = {};

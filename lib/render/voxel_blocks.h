@@ -9,17 +9,19 @@ namespace vol::render {
 
 /// Where blocks have a voxel: at
 ///
-///   i size + (j + 8 k) pitch + (i >> width_log2) beyond[0] + (j >> 3) beyond[1] + (k >> 3) beyond[2],
+///   i size + (j + 8 k) pitch + (i / width) beyond[0] + (j / 8) beyond[1] + (k / 8) beyond[2],
 ///
-/// in bytes for voxels of one and two bytes, in voxels for f32.
+/// size being a voxel and width the voxels of 64 bytes, in bytes for voxels of one and two bytes, in voxels
+/// for f32.
 struct BlockStrides {
-  static constexpr int kEdgeLog2 = 3;  ///< rows of a block along y and along z: 8
-  std::int32_t size = 0, pitch = 0, beyond[3]{};
-  int width_log2 = 0;  ///< voxels of a row: 64 bytes
+  static constexpr int kEdgeLog2 = 3;      ///< rows of a block along y and along z: 8
+  static constexpr int kRowBytesLog2 = 6;  ///< of a row, without the voxel that it repeats
+  std::int32_t pitch = 0, beyond[3]{};
 };
 
 /// Whether packets can have a volume in blocks: two samples and more along every axis, of a type that they
-/// read, with less than 2^31 bytes (f32: voxels) in blocks.
+/// read, with less than 2^31 - 1 bytes (f32: voxels) in blocks, and dims that leave few places in these empty:
+/// at most a quarter of the volume and a MiB more.
 [[nodiscard]] bool fits_blocks(const volume::Volume& volume);
 
 /// A volume's voxels in blocks of 64 bytes x 8 x 8, about a page of memory each, so that rays close to each
@@ -29,7 +31,7 @@ struct BlockStrides {
 class VoxelBlocks {
  public:
   /// Takes the voxels of `volume`, which is left with its geometry alone: their memory goes back to the
-  /// system slice by slice, so that both together take little more than one of them. \throws vol::Error where
+  /// system 8 slices at a time, so that both together take little more than one of them. \throws vol::Error where
   /// fits_blocks() is false
   explicit VoxelBlocks(volume::Volume& volume);
 

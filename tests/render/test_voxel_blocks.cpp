@@ -47,12 +47,13 @@ TYPED_TEST(VoxelBlocksOf, EveryVoxelIsWhereTheFormulaSaysAndItsNeighbourAlongXNe
     EXPECT_TRUE(std::get<volume::Grid<T>>(v.grid).voxels.empty());
     EXPECT_EQ(v.geometry().dims, dims);
     const BlockStrides& s = blocks.strides();
-    const std::int64_t unit = std::is_same_v<T, float> ? 4 : 1;
+    constexpr auto kBytes = std::int64_t{sizeof(T)};
+    const std::int64_t unit = kBytes == 4 ? 4 : 1, size = kBytes / unit, width = 64 / kBytes;
     for (std::int64_t k = 0; k < dims[2]; ++k) {
       for (std::int64_t j = 0; j < dims[1]; ++j) {
         for (std::int64_t i = 0; i < dims[0]; ++i) {
-          const std::int64_t at = i * s.size + (j + 8 * k) * s.pitch + (i >> s.width_log2) * s.beyond[0] +
-                                  (j >> 3) * s.beyond[1] + (k >> 3) * s.beyond[2];
+          const std::int64_t at = i * size + (j + 8 * k) * s.pitch + i / width * s.beyond[0] +
+                                  j / 8 * s.beyond[1] + k / 8 * s.beyond[2];
           T pair[2];
           std::memcpy(pair, static_cast<const char*>(blocks.data()) + at * unit, sizeof pair);
           ASSERT_EQ(pair[0], at_place<T>(i, j, k)) << i << ' ' << j << ' ' << k;
@@ -84,6 +85,7 @@ void expect_same_from_blocks(volume::Volume v, const Scene& scene, const RenderO
   volume::visit(v, [](const auto& grid) { EXPECT_TRUE(grid.voxels.empty()); });
   const RenderResult blocks = caster.cast();
   expect_same_bits(rows.image, blocks.image, true);
+  EXPECT_TRUE(caster.lay_out_in_blocks(v)) << "they are already";
   EXPECT_EQ(rows.counts.samples, blocks.counts.samples);
   EXPECT_EQ(rows.counts.skipped, blocks.counts.skipped);
 }
@@ -152,15 +154,45 @@ TEST(VoxelBlocks, AreNotMadeWherePacketsDoNotReadThem) {
   stays(packet_volume<std::uint8_t>(255, {21, 1, 19}), options_of(), {});
 }
 
-TEST(VoxelBlocks, AreRefusedByName) {
+TEST(VoxelBlocks, TakeThePlaceOfVoxelsWhosePagesAreGivenBack) {
+  // Slices of several pages: where the voxels were they can be read no more.
+  expect_same_from_blocks(packet_volume<std::uint8_t>(255, {131, 130, 21}), packet_scene(255), options_of());
+}
+
+TEST(VoxelBlocks, GiveThePicturesThatRowsGiveWithFewerRays) {
+  RenderOptions options = options_of();
+  options.image_step = 4;
+  options.image_tolerance = 0.01;
+  expect_same_from_blocks(packet_volume<std::uint16_t>(3000, kDims), packet_scene(3000), options);
+}
+
+/// A volume of that type and dims without its voxels.
+template <class T>
+volume::Volume empty(const Dims& dims) {
+  volume::GridGeometry geometry;
+  geometry.dims = dims;
+  return {volume::Grid<T>{geometry, {}}, {}};
+}
+
+TEST(VoxelBlocks, FitWhereOffsetsHoldThemAndFewPlacesStayEmpty) {
+  // 64 x 8 x 8 bytes take 4160: 2^31 bytes are 516222.1 blocks. 16 x 8 x 8 floats 1088 places: 1973790.1.
+  EXPECT_TRUE(fits_blocks(empty<std::uint8_t>({64, 8, 8 * std::int64_t{516222}})));
+  EXPECT_FALSE(fits_blocks(empty<std::uint8_t>({64, 8, 8 * std::int64_t{516223}})));
+  EXPECT_TRUE(fits_blocks(empty<float>({16, 8, 8 * std::int64_t{1973790}})));
+  EXPECT_FALSE(fits_blocks(empty<float>({16, 8, 8 * std::int64_t{1973791}})));
+  EXPECT_TRUE(fits_blocks(empty<std::uint8_t>({512, 512, 73})));
+  EXPECT_FALSE(fits_blocks(empty<std::uint8_t>({8192, 8192, 2})));
+}
+
+TEST(VoxelBlocks, AreRefusedOfFlatVolumesOtherTypesAndOthersVolumes) {
   volume::Volume flat = packet_volume<std::uint8_t>(255, {21, 1, 19}),
                  wide = packet_volume<double>(1, {5, 5, 5});
   EXPECT_FALSE(fits_blocks(flat));
   EXPECT_THROW(VoxelBlocks{flat}, Error);
   EXPECT_FALSE(fits_blocks(wide));
   EXPECT_THROW(VoxelBlocks{wide}, Error);
-  const volume::Volume one = packet_volume<std::uint8_t>(255), two = packet_volume<std::uint8_t>(255);
-  volume::Volume other = two;
+  const volume::Volume one = packet_volume<std::uint8_t>(255);
+  volume::Volume other = packet_volume<std::uint8_t>(255);
   Caster caster(one, packet_scene(255), options_of(), {});
   EXPECT_THROW(caster.lay_out_in_blocks(other), Error);
 }

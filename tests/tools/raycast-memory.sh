@@ -23,6 +23,7 @@ sys.exit(not least < peak <= most)' "$least" "$most" || fail "memory with $*"
 }
 cast 1 1.3
 cast 1 1.3 --layout blocks
+grep -q '"layout": "blocks"' stats.json || fail "drawn from rows, not from blocks"
 cast 1.5 1.8 --index auto --index-reduction 1
 cast 1 1.3625 --index auto --index-reduction 2
 cast 1 1.3078125 --index auto --index-reduction 4

@@ -40,6 +40,9 @@ done
 refused_for vol-dwt "$bin/wavelet-raycast" field.nrrd -o a.exr
 refused_for --missing "$bin/vol-convert" field.nrrd -o a.nrrd --missing nan
 refused_for --missing "$bin/vol-raycast" field.nrrd -o a.exr --missing inf
+for other in "--algorithm plain" "--isovalue 0.5" "--quadrature reference" "--quadrature split --model mip" "--reconstruction b-spline" "--max-error 0.1"; do
+  refused_for "--layout blocks" $cast -o a.exr --layout blocks $other
+done
 
 # A scene's values: the file, the line and the key.
 while IFS='|' read -r key text; do
