@@ -4,6 +4,7 @@
 #include "cli/options.h"
 #include "io/file.h"
 #include "render/names.h"
+#include "render/packet.h"
 
 namespace vol::cli {
 
@@ -163,23 +164,15 @@ io::SceneFile resolve(RaycastOptions& o) {
   return file;
 }
 
-/// Packets alone read blocks.
-void refuse_blocks(const RaycastOptions& o, bool composite) {
-  using render::Quadrature;
-  using volume::Reconstruction;
-  const Quadrature q = o.render.quadrature;
-  const Reconstruction r = o.render.reconstruction;
-  const bool cubic = r == Reconstruction::catmull_rom || r == Reconstruction::b_spline;
-  const char* other = nullptr;
-  if (o.algorithm == "plain") other = "--algorithm plain";
-  if (o.surfaces.any()) other = "--isovalue and --mesh";
-  if (o.labels.any()) other = "--labels";
-  if (q == Quadrature::reference) other = "quadrature reference";
-  if (q == Quadrature::split && !composite) other = "quadrature split of xray and mip";
-  if (q == Quadrature::split && r == Reconstruction::nearest) other = "quadrature split of nearest";
-  if (cubic) other = "reconstructions catmull-rom and b-spline";
-  if (o.render.max_error > 0) other = "--max-error";
-  if (other) throw Error("--layout blocks is for what packets draw, not for " + std::string(other));
+/// Packets alone read blocks, and a bound on the error may need the voxels in rows.
+void refuse_blocks(const RaycastOptions& o, const render::Scene& scene) {
+  const char* const other = o.algorithm == "plain"   ? "--algorithm plain"
+                            : o.surfaces.any()       ? "--isovalue and --mesh"
+                            : o.labels.any()         ? "--labels"
+                            : o.render.max_error > 0 ? "--max-error"
+                                                     : render::not_for_packets(scene, o.render);
+  if (other != nullptr)
+    throw Error("--layout blocks is for what packets draw, not for " + std::string(other));
 }
 
 /// What cannot be drawn together, answered before a large file is read.
@@ -205,7 +198,7 @@ void refuse(const RaycastOptions& o, const io::SceneFile& file) {
   if (!o.index.empty() && o.render.quadrature >= render::Quadrature::split) {
     throw Error("--index: quadratures split and reference take no steps");
   }
-  if (o.layout == "blocks") refuse_blocks(o, composite);
+  if (o.layout == "blocks") refuse_blocks(o, file.scene);
   if (!o.index_output.empty() && o.index != "auto") {
     throw Error("--index-output keeps the index of --index auto");
   }

@@ -28,25 +28,14 @@ constexpr double kLongestStep = 1e6;        // diagonals: float holds the last s
 constexpr double kLeastPiece = 1.0 / 1024;  // of the longest way through a cell
 constexpr double kTouching = index::Macrocells::kEdge;
 
-bool is_native(VoxelType type) {
-  return type == VoxelType::u8 || type == VoxelType::u16 || type == VoxelType::i16 || type == VoxelType::f32;
-}
-
 bool is_covered(const volume::Volume& volume, const Scene& scene, const RenderOptions& options) {
-  using volume::Reconstruction;
-  if (options.quadrature == Quadrature::reference) return false;
+  if (not_for_packets(scene, options) != nullptr) return false;
   // Below this, rounding would take most of what errors are allowed.
   if (options.max_error > 0 && options.max_error < 4 * kPacketRounding * brightest(scene)) return false;
-  if (options.reconstruction != Reconstruction::nearest &&
-      options.reconstruction != Reconstruction::trilinear) {
-    return false;
-  }
   if (options.quadrature == Quadrature::split) {
     // An axis of one sample has no cells to go through.
     const Dims& dims = volume.geometry().dims;
-    const bool flat = std::any_of(dims.begin(), dims.end(), [](std::int64_t n) { return n == 1; });
-    if (flat || scene.model != Model::composite || options.reconstruction == Reconstruction::nearest)
-      return false;
+    if (std::any_of(dims.begin(), dims.end(), [](std::int64_t n) { return n == 1; })) return false;
   }
   const volume::FieldBounds bounds = volume::field_bounds(volume.geometry());
   const double diagonal = longest_diagonal(bounds);
@@ -88,8 +77,19 @@ RenderOptions packet_steps(RenderOptions options, const volume::GridGeometry& ge
 
 }  // namespace
 
+const char* not_for_packets(const Scene& scene, const RenderOptions& options) {
+  using volume::Reconstruction;
+  const bool nearest = options.reconstruction == Reconstruction::nearest;
+  if (options.quadrature == Quadrature::reference) return "quadrature reference";
+  if (!nearest && options.reconstruction != Reconstruction::trilinear) return "cubic reconstructions";
+  if (options.quadrature == Quadrature::split && (nearest || scene.model != Model::composite)) {
+    return "quadrature split but of composite pictures, trilinear";
+  }
+  return nullptr;
+}
+
 PacketVolume::PacketVolume(const volume::Volume& volume, bool macrocells) : volume_(volume) {
-  const bool native = is_native(volume.voxel_type());
+  const bool native = are_read_as_they_are(volume.voxel_type());
   const bool floating = volume::is_floating_point(volume.voxel_type());
   if (!native || floating) {  // small integers hold neither NaN nor infinity, and float holds them
     const volume::Range range = volume::value_range(volume);

@@ -9,6 +9,9 @@
 
 namespace vol::render {
 
+/// What packets do not draw whatever the volume, by name; null where the volume decides.
+[[nodiscard]] const char* not_for_packets(const Scene& scene, const RenderOptions& options);
+
 /// A volume as the packets take it, made once for any number of pictures: checked for NaN and infinity, of a
 /// type that they read, with its macrocells.
 class PacketVolume {

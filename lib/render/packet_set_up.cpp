@@ -26,6 +26,10 @@ ErrorShares error_shares(const Scene& scene) {
 
 }  // namespace
 
+bool are_read_as_they_are(VoxelType type) {
+  return type == VoxelType::u8 || type == VoxelType::u16 || type == VoxelType::i16 || type == VoxelType::f32;
+}
+
 void set_volume(const volume::Volume& volume, PacketJob& job) {
   const Dims& dims = volume.geometry().dims;
   std::int32_t unit = 1;

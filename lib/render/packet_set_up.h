@@ -7,6 +7,9 @@
 // The parts of a packet job, from what the caller gave: once a picture.
 namespace vol::render {
 
+/// Whether packets read voxels of a type as they are: u8, u16, i16, f32.
+[[nodiscard]] bool are_read_as_they_are(volume::VoxelType type);
+
 /// Voxels and strides; the volume must be of a type that packets read, and live longer.
 void set_volume(const volume::Volume& volume, PacketJob& job);
 

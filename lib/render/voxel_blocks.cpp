@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/heap.h"
 #include "base/parallel.h"
+#include "render/packet_set_up.h"
 
 namespace vol::render {
 namespace {
@@ -29,15 +30,6 @@ Extent extent_of(const Dims& dims, std::int64_t voxel_bytes) {
   return e;
 }
 
-bool are_read(volume::VoxelType type) {
-  using volume::VoxelType;
-  return type == VoxelType::u8 || type == VoxelType::u16 || type == VoxelType::i16 || type == VoxelType::f32;
-}
-
-std::int64_t voxel_bytes(volume::VoxelType type) {
-  return type == volume::VoxelType::u8 ? 1 : type == volume::VoxelType::f32 ? 4 : 2;
-}
-
 /// Bytes of what offsets count.
 std::int64_t unit_of(std::int64_t voxel_bytes) {
   return voxel_bytes == 4 ? 4 : 1;
@@ -47,8 +39,9 @@ std::int64_t unit_of(std::int64_t voxel_bytes) {
 
 bool fits_blocks(const volume::Volume& volume) {
   const Dims& dims = volume.geometry().dims;
-  if (!are_read(volume.voxel_type()) || *std::min_element(dims.begin(), dims.end()) < 2) return false;
-  const std::int64_t size = voxel_bytes(volume.voxel_type());
+  if (!are_read_as_they_are(volume.voxel_type()) || *std::min_element(dims.begin(), dims.end()) < 2)
+    return false;
+  const auto size = static_cast<std::int64_t>(volume::size_in_bytes(volume.voxel_type()));
   const std::int64_t bytes = extent_of(dims, size).bytes, own = volume.geometry().count() * size;
   constexpr std::int64_t kAllowed = std::int64_t{1} << 20;
   return bytes <= own + own / 4 + kAllowed &&

@@ -66,6 +66,11 @@ once=$(figure counted.json samples) most=$(figure counted.json samples_largest)
 samples_of tissue.yaml
 [ "$(figure counted.json samples)" = $((3 * once)) ] || fail "$(figure counted.json samples) samples, not three times $once"
 LC_ALL=C awk -v a="$(figure counted.json samples_largest)" -v b="$most" 'BEGIN { exit !(a == 3 * b) }' || fail "samples of the picture: not three times $most"
+# From voxels in blocks the same.
+vol-raycast one.nrrd -o rows.exr --model xray --transfer tissue.yaml --size 24x18 || fail "vol-raycast: status $?"
+vol-raycast one.nrrd -o blocks.exr --model xray --transfer tissue.yaml --size 24x18 --layout blocks --stats blocks.json || fail "vol-raycast: status $?"
+grep -q '"layout": "blocks"' blocks.json || fail "drawn from rows, not from blocks"
+differs blocks.exr rows.exr max=0
 # Refused, not passed over.
 refused_for "--transfer" vol-raycast one.nrrd -o missed.exr --model mip --transfer tissue.yaml
 printf 'colours: [[0, 0, 0, 0], [1, 1, 1, 1]]\nopacity: [[0, 0], [1, 1]]\n' >opacity.yaml
