@@ -74,7 +74,7 @@ bool in_blocks(render::Caster& caster, volume::Volume& volume, const Options& o)
 void report_layout(bool blocks, const Options& o, cli::Record& record) {
   record.resolved("layout", blocks ? "blocks" : "rows");
   if (o.layout == "blocks" && !blocks) {
-    record.warn("--layout blocks: drawn from rows; the dims leave blocks empty, or packets do not draw this");
+    record.warn("--layout blocks: drawn from rows: packets do not draw this, or its dims do not fill blocks");
   }
 }
 

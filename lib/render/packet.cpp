@@ -83,7 +83,7 @@ const char* not_for_packets(const Scene& scene, const RenderOptions& options) {
   if (options.quadrature == Quadrature::reference) return "quadrature reference";
   if (!nearest && options.reconstruction != Reconstruction::trilinear) return "cubic reconstructions";
   if (options.quadrature == Quadrature::split && (nearest || scene.model != Model::composite)) {
-    return "quadrature split but of composite pictures, trilinear";
+    return "quadrature split, unless composite and trilinear";
   }
   return nullptr;
 }
